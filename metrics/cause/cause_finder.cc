@@ -19,17 +19,19 @@ constexpr double kSameTime = 0.2;
 constexpr double kFallen = 0.02;
 // An object was lifted if it rose by this much (m) while it was held.
 constexpr double kLifted = 0.01;
-// A gripper that closes on nothing has missed an object if its distance from the object exceeds the smallest
-// one in the episode by at most this much (m).
-constexpr double kNear = 0.1;
+// A gripper whose wrist is farther from an object than this (m) did not come to grasp it.
+constexpr double kReach = 0.4;
 // A contact is a collision if the arm presses for kPressed (s), or if it pushes an object that it should hold
-// by kPushed (m). If the torques are unknown, touching the scene for kTouched (s) is also a collision.
-constexpr double kPressed = 0.5, kTouched = 1, kPushed = 0.02;
+// by CauseCollisions::kPushed (m). If the torques are unknown, touching the scene for kTouched (s) is also a
+// collision.
+constexpr double kPressed = 0.5, kTouched = 1;
 // A robot has stalled if it is at rest for the last kLastShare of the episode, and for at least kStill (s),
 // and made progress at most kPatience (s) before it came to rest. Otherwise, if it made progress within the
 // last kLastShare, the time ran out. If an object slides out of a hand after the robot has been at rest for
 // kStill, the cause is the stall.
 constexpr double kLastShare = 0.2, kStill = 2, kPatience = 1.5;
+// An arm follows its commands with a delay, and is at rest this long (s) after they no longer change.
+constexpr double kSettled = 0.5;
 // A robot is slow if no joint ever moves faster than this, rad/s.
 constexpr double kSlow = 0.25;
 
@@ -54,6 +56,7 @@ CauseFinder::CauseFinder(CauseConfig config)
       rest_(config_.dt),
       arm_rest_(config_.arms.size(), Rest(config_.dt)),
       held_(config_.objects.size() * config_.arms.size()),
+      resting_(config_.arms.size()),
       height_(config_.objects.size()) {}
 
 void CauseFinder::Start() {
@@ -153,7 +156,9 @@ void CauseFinder::Add(const CauseSample& sample, std::span<const uint8_t> stage_
   for (const CauseHold& hold : holds_.holds()) {
     if (!hold.is_over) held_[hold.object * config_.arms.size() + config_.gripper_arm[hold.gripper]] = 1;
   }
-  collisions_.Add(sample, held_);
+  for (size_t arm = 0; arm < arm_rest_.size(); ++arm)
+    resting_[arm] = sample.tick - arm_rest_[arm].since() >= Ticks(kSettled);
+  collisions_.Add(sample, held_, resting_);
   for (size_t o = 0; o < height_.size(); ++o) height_[o] = sample.object[o][2];
   stage_tick_.resize(stage_reached.size(), -1);
   for (size_t k = 0; k < stage_reached.size(); ++k) {
@@ -286,6 +291,8 @@ void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMo
   for (const CauseHold& hold : holds_.holds()) {
     const auto object = static_cast<size_t>(hold.object);
     if (!hold.is_over || !IsGrasp(hold) || !IsAboutAny(unmet, object)) continue;
+    // A hand that was always closed completely only pushed the object.
+    if (!hold.was_wide) continue;
     if (!AsksForHold(object) && !(HasFallen(hold) && hold.pinched_ticks >= Ticks(kShortestHold))) continue;
     if (IsMadeGood(hold) || IsPullBeforeLift(hold) || IsReleaseAsRequired(hold)) continue;
     if (StageAbout(object, hold.last_tick + Ticks(kSameTime))) continue;
@@ -306,11 +313,12 @@ void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMo
 // Returns whether a gripper that closed on nothing should have grasped the object.
 bool CauseFinder::IsMiss(const EmptyClosing& closing, const std::vector<Unmet>& unmet, size_t object) const {
   const auto index = static_cast<int>(object);
-  if (closing.distance[object] > closings_.Nearest(object, closing.gripper) + kNear) return false;
+  constexpr double kNear = Closings::kNear;
+  if (closing.distance[object] > closings_.approach(object, closing.gripper).distance + kNear) return false;
   // In a handover, the gripper that came nearer should have grasped the object first.
   bool is_of_another = false;
   for (size_t k = 0; k < config_.grippers.size() && AsksForHold(object, "other"); ++k)
-    is_of_another |= closings_.Nearest(object, k) + kNear < closing.distance[object];
+    is_of_another |= closings_.approach(object, k).distance + kNear < closing.distance[object];
   for (const Unmet& u : unmet) {
     if (!IsOfHold(*u.condition) || IsNegated(*u.condition) || !IsOf(u.condition->subject, object)) continue;
     const std::string& asked = u.condition->other;
@@ -337,6 +345,24 @@ void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<Ca
                           .gripper = closing.gripper,
                           .object = static_cast<int>(o),
                           .touches = closing.touches[o] != 0});
+    }
+  }
+  for (size_t o = 0; o < config_.objects.size(); ++o) {
+    for (size_t k = 0; k < config_.grippers.size(); ++k) {
+      const Approach& approach = closings_.approach(o, k);
+      if (!approach.left || !approach.is_nearest_object || approach.distance > kReach ||
+          approach.closed_distance <= approach.distance + Closings::kNear)
+        continue;
+      EmptyClosing missing{
+          .gripper = static_cast<int>(k), .tick = approach.tick, .distance = {}, .touches = {}};
+      missing.distance.resize(config_.objects.size(), INFINITY);
+      missing.distance[o] = approach.distance;
+      if (!IsMiss(missing, unmet, o)) continue;
+      moments->push_back({.kind = cause_kind::kEmptyGrasp,
+                          .tick = approach.tick,
+                          .gripper = missing.gripper,
+                          .object = static_cast<int>(o),
+                          .stayed_open = true});
     }
   }
 }
@@ -372,12 +398,17 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
     const bool is_stuck = 2 * touch.pressed_ticks >= remaining && remaining >= Ticks(kStill);
     if (!is_stuck && std::ranges::any_of(stage_tick_, [&](int64_t tick) { return tick > later; })) continue;
     if (WasJustHeld(touch) || (!is_stuck && IsTouchOfGrasp(touch))) continue;
+    // The arm that moved hit the other one.
+    const bool is_with_arm =
+        std::ranges::find(config_.arm_entity, touch.pair.entity) != config_.arm_entity.end();
+    if (is_with_arm && !touch.is_active) continue;
     bool is_collision = touch.pressed_ticks >= Ticks(kPressed);
     if (object < 0 && !collisions_.knows_torque())
       is_collision |= touch.last_tick - touch.first_tick >= Ticks(kTouched);
     int64_t tick = touch.first_tick;
     // An arm at rest may be in the way of an object that another arm pushes.
-    const bool pushes = touch.displacement >= kPushed && touch.wrist_travel >= kPushed / 2;
+    constexpr double kPushed = CauseCollisions::kPushed;
+    const bool pushes = touch.is_active && touch.displacement >= kPushed && touch.wrist_travel >= kPushed / 2;
     if (!is_collision && object >= 0 && pushes && AsksForHold(object)) {
       is_collision = !HeldAfter(touch.first_tick, object, -1) && IsAboutAny(unmet, object);
       // The arm may have touched the object before, without moving it.

@@ -55,8 +55,9 @@ struct CauseMoment {
   int gripper = -1, object = -1;
   int arm = -1, entity = -1;
   bool opened = false, closing = false;
-  bool touches = false;  // a gripper that closed completely touches the object from outside
-  double lifted = 0;     // m, by how much the object was lifted when it was lost
+  bool touches = false;      // a gripper that closed completely touches the object from outside
+  bool stayed_open = false;  // a gripper came to the object and left it without closing
+  double lifted = 0;         // m, by how much the object was lifted when it was lost
   // Whether the gripper closed later, and whether it held the object later.
   bool tried_again = false, held_again = false;
   int lost_again = 0;       // number of later losses of the object by this gripper
@@ -148,6 +149,7 @@ class CauseFinder {
   std::span<const std::vector<condition_t>> conditions_;
   std::vector<Measure> measures_;  // by condition
   std::vector<uint8_t> held_;      // [object * arms + arm]
+  std::vector<uint8_t> resting_;   // by arm
   std::vector<double> height_;     // m, height of each object after the last tick
 };
 

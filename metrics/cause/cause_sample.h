@@ -17,7 +17,8 @@ namespace evalbus::metrics {
 struct CauseConfig {
   double dt = 0;  // s, time between ticks
   std::vector<std::string> arms = {};
-  std::vector<int> joint_arm = {};  // index of each joint's arm
+  std::vector<int> arm_entity = {};  // index of each arm's entity
+  std::vector<int> joint_arm = {};   // index of each joint's arm
   std::vector<std::string> grippers = {};
   std::vector<int> gripper_arm = {};  // index of each gripper's arm
   std::vector<std::string> objects;
@@ -27,7 +28,7 @@ struct CauseConfig {
   std::vector<int> body_entity;  // index of each body's entity
 };
 
-// A contact of an arm with an entity, which may be the scene or an object.
+// A contact of an arm with an entity, which may be the scene, an object or another arm.
 struct ArmContact {
   int arm;
   int entity;

@@ -82,11 +82,15 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
     return text;
   }
   if (moment.kind == cause_kind::kEmptyGrasp) {
+    if (moment.stayed_open) return gripper + " came to " + object + at + " and did not close";
     return gripper + (moment.touches ? " closed beside " + object : " closed on nothing") + at;
   }
   if (moment.kind == cause_kind::kCollision && moment.arm >= 0) {
     const std::string arm = Capitalized(PartOf(config_.arms[moment.arm], "arm"));
-    const std::string what = "the " + Words(config_.entities[moment.entity]);
+    const auto other = std::ranges::find(config_.arm_entity, moment.entity) - config_.arm_entity.begin();
+    const std::string what =
+        "the " + (other < std::ssize(config_.arm_entity) ? PartOf(config_.arms[other], "arm")
+                                                         : Words(config_.entities[moment.entity]));
     std::string text = arm + " hit " + what + at;
     if (moment.displacement >= 0.01) text += fmt::format(" and pushed it by {:.2f} m", moment.displacement);
     return text;

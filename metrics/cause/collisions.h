@@ -24,6 +24,8 @@ struct ArmTouch {
   double displacement = 0;
   // Last tick of the contact at which the object had moved by less than CauseCollisions::kMoved.
   int64_t push_tick = 0;
+  // The arm was not at rest at some tick at which the object had moved by less than CauseCollisions::kPushed.
+  bool is_active = false;
   // Largest distance (m) of the arm's wrist from where it was at the first tick.
   double wrist_travel = 0;
   std::array<double, 3> start{}, wrist_start{};  // positions at the first tick
@@ -39,6 +41,7 @@ class CauseCollisions {
   static constexpr double kMinExcess = 10;    // N m
   static constexpr double kInterruption = 1;  // s
   static constexpr double kMoved = 0.001;     // m
+  static constexpr double kPushed = 0.02;     // m
 
   explicit CauseCollisions(const CauseConfig& config)
       : config_(config), free_torque_(config.joint_arm.size()) {
@@ -52,8 +55,8 @@ class CauseCollisions {
     free_torque_.assign(free_torque_.size(), {});
   }
 
-  // held: [object * arms + arm].
-  void Add(const CauseSample& sample, const std::vector<uint8_t>& held) {
+  // held: [object * arms + arm]. resting: by arm.
+  void Add(const CauseSample& sample, const std::vector<uint8_t>& held, const std::vector<uint8_t>& resting) {
     knows_torque_ = !sample.torque.empty();
     for (const ArmContact& contact : sample.contacts) {
       last_contact_[contact.arm] = sample.tick;
@@ -62,6 +65,7 @@ class CauseCollisions {
       ArmTouch& touch = Current(contact, sample, object);
       touch.last_tick = sample.tick;
       touch.pressed_ticks += Presses(sample, contact.arm);
+      if (touch.displacement < kPushed) touch.is_active |= !resting[contact.arm];
       if (object >= 0) {
         touch.displacement = std::max(touch.displacement, Distance(sample.object[object], touch.start));
         touch.wrist_travel =

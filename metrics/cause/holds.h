@@ -25,6 +25,8 @@ struct CauseHold {
   int64_t pinched_ticks = 0;
   // At the last contact, the gripper was not closed completely, and no other object was between its fingers.
   bool is_wide = false;
+  // The gripper was not closed completely at some contact.
+  bool was_wide = false;
   bool is_over = false;
   // The hold ended because the gripper opened.
   bool opened = false;
@@ -122,6 +124,7 @@ class Holds {
       hold.rest_since = rest_since_;
       hold.pinched_ticks += sample.pinched[index];
       hold.is_wide = opening > kShut && !PinchesAnother(sample, index);
+      hold.was_wide |= opening > kShut;
       hold.contact_height = sample.object[hold.object][2];
       hold.peak_height = std::max(hold.peak_height, hold.contact_height);
       pair.last_opening = opening;

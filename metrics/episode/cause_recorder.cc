@@ -18,6 +18,7 @@ CauseConfig MakeCauseConfig(const model_info_t& model) {
   for (const arm_info_t& arm : model.arm) {
     config.joint_arm.insert(config.joint_arm.end(), arm.num_joints, static_cast<int>(config.arms.size()));
     config.arms.push_back(arm.name);
+    config.arm_entity.push_back(arm.entity);
   }
   for (const gripper_info_t& gripper : model.gripper) {
     config.grippers.push_back(gripper.name);
@@ -53,7 +54,9 @@ void CauseRecorder::SetContacts(std::span<const contact_t> contacts) {
   for (const contact_t& contact : contacts) {
     for (const auto& [robot, other] :
          {std::pair(contact.geom_a, contact.geom_b), std::pair(contact.geom_b, contact.geom_a)}) {
-      if (!exists(robot) || !exists(other) || geom_arm_[robot] < 0 || names_.IsRobot(other)) continue;
+      if (!exists(robot) || !exists(other) || geom_arm_[robot] < 0) continue;
+      // Contacts of an arm with itself, and with parts of the robot that are no arm, do not count.
+      if (names_.IsRobot(other) && (geom_arm_[other] < 0 || geom_arm_[other] == geom_arm_[robot])) continue;
       const ArmContact pair{geom_arm_[robot], model.body_entity[model.geom_body[other]]};
       if (std::ranges::find(contacts_, pair) == contacts_.end()) contacts_.push_back(pair);
     }
