@@ -55,7 +55,7 @@ void CauseRecorder::SetContacts(std::span<const contact_t> contacts) {
     for (const auto& [robot, other] :
          {std::pair(contact.geom_a, contact.geom_b), std::pair(contact.geom_b, contact.geom_a)}) {
       if (!exists(robot) || !exists(other) || geom_arm_[robot] < 0) continue;
-      // Contacts of an arm with itself, and with parts of the robot that are no arm, do not count.
+      // Contacts of an arm with itself, and with parts of the robot that are not arms, do not count.
       if (names_.IsRobot(other) && (geom_arm_[other] < 0 || geom_arm_[other] == geom_arm_[robot])) continue;
       const ArmContact pair{geom_arm_[robot], model.body_entity[model.geom_body[other]]};
       if (std::ranges::find(contacts_, pair) == contacts_.end()) contacts_.push_back(pair);

@@ -10,7 +10,9 @@
 
 namespace evalbus::metrics::cause_finder_test {
 
-constexpr int kLeft = 0, kRight = 1, kCounter = 3, kPot = 4;
+constexpr int kLeft = 0, kRight = 1;
+// Entities.
+constexpr int kLeftArm = 1, kRightArm = 2, kCounter = 3, kPot = 4;
 
 condition_t Holding(const std::string& gripper) {
   condition_t condition{};
@@ -111,6 +113,7 @@ class CauseFinderTest : public testing::Test {
 
   CauseFinder dut_{{.dt = 0.02,
                     .arms = {"left", "right"},
+                    .arm_entity = {kLeftArm, kRightArm},
                     .joint_arm = {0, 1},
                     .grippers = {"left", "right"},
                     .gripper_arm = {0, 1},
@@ -462,6 +465,60 @@ TEST_F(CauseFinderTest, AGripperClosesOnNothing) {
   EXPECT_EQ(Reason(), "grasp_miss");
 }
 
+TEST_F(CauseFinderTest, AGripperComesToTheObjectAndDoesNotClose) {
+  Move(10);
+  wrist_[kRight][0] = 0.6;
+  Move(5);  // up to tick 15
+  wrist_[kRight][0] = 0.8;
+  Move(300);
+  Expect(
+      "empty_grasp", 15,
+      "Right gripper came to the kitchen pot at 0.30 s and did not close (0 of 3 stages by then) and never "
+      "tried again; height of kitchen pot reached 1.000 m, at least 1.1 m is needed.");
+  EXPECT_EQ(Reason(), "grasp_miss");
+}
+
+TEST_F(CauseFinderTest, AGripperThatStaysAtTheObjectMayStillClose) {
+  Move(10);
+  wrist_[kRight][0] = 0.6;
+  Move(300);
+  EXPECT_EQ(Find().kind, "missed_condition") << Find().text;
+}
+
+TEST_F(CauseFinderTest, AGripperThatPassesFarFromTheObjectDidNotComeToIt) {
+  Move(10);
+  wrist_[kRight][0] = 0.95;
+  Move(5);
+  wrist_[kRight][0] = 1.2;
+  Move(300);
+  EXPECT_EQ(Find().kind, "missed_condition") << Find().text;
+}
+
+TEST_F(CauseFinderTest, AGripperThatWasCommandedToCloseAtTheObjectIsNotSaidToStayOpen) {
+  closing_ = {0, 0};
+  Move(10);
+  wrist_[kRight][0] = 0.6;
+  closing_[kRight] = 1;
+  opening_[kRight] = 0.5;
+  Move(5);
+  wrist_[kRight][0] = 0.8;
+  closing_[kRight] = 0;
+  Move(300);
+  EXPECT_EQ(Find().kind, "missed_condition") << Find().text;
+}
+
+// A hand that is closed pushes the pot with both fingers.
+TEST_F(CauseFinderTest, AClosedHandThatPushesTheObjectDoesNotLoseIt) {
+  Move(10);
+  opening_[kRight] = 0;
+  Move(10);
+  touching_[kRight] = 1;
+  Move(20);
+  touching_[kRight] = 0;
+  Move(300);
+  EXPECT_NE(Find().kind, "lost_object") << Find().text;
+}
+
 TEST_F(CauseFinderTest, AHandThatShouldTakeOverALostObjectClosesOnNothingBecauseOfTheLoss) {
   conditions_[kRight][0].other = "other";
   const auto hold_and_lose = [&] {
@@ -614,6 +671,48 @@ TEST_F(CauseFinderTest, AHandAtRestPushesNothing) {
   contacts_ = {};
   Move(300);
   EXPECT_EQ(Find().kind, "missed_condition") << Find().text;
+}
+
+// The left arm, which moves, hits the right arm, which does not.
+TEST_F(CauseFinderTest, TheArmThatMovesHitsTheOtherArm) {
+  Move(10);
+  for (int k = 0; k < 50; ++k) {
+    joints_[kLeft] += 0.03;
+    Tick();
+  }
+  contacts_ = {{kLeft, kRightArm}, {kRight, kLeftArm}};
+  torque_ = {60, 60};
+  for (int k = 0; k < 30; ++k) {
+    joints_[kLeft] += 0.03;
+    Tick();
+  }
+  contacts_ = {};
+  torque_ = {2, 2};
+  Move(300);
+  // The contact begins at tick 61.
+  Expect(
+      "collision", 61,
+      "Left arm hit the right arm at 1.22 s (0 of 3 stages by then); height of kitchen pot reached 1.000 m, "
+      "at least 1.1 m is needed.");
+}
+
+// Another arm moves this one, which is at rest, and the pot with it.
+TEST_F(CauseFinderTest, AHandThatIsPushedIntoTheObjectDoesNotPushIt) {
+  commands_ = {0, 0};
+  const auto move_left = [&](int ticks) {
+    for (int k = 0; k < ticks; ++k) {
+      joints_[kLeft] = commands_[kLeft] += 0.03;
+      Tick();
+    }
+  };
+  move_left(50);
+  contacts_ = {{kRight, kPot}};
+  move_left(5);
+  object_[0][1] = wrist_[kRight][1] = 0.03;
+  move_left(5);
+  contacts_ = {};
+  move_left(300);
+  EXPECT_NE(Find().kind, "collision") << Find().text;
 }
 
 TEST_F(CauseFinderTest, AnArmThatShouldHoldTheObjectStops) {
