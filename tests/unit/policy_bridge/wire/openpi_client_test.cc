@@ -198,7 +198,7 @@ TEST(OpenpiClient, ShowsTheWholeMessageOfAnException) {
       "Traceback (most recent call last):\n  File \"policy.py\", line 3, in act\n    f()\n";
   EXPECT_STREQ(shown(frames + "ValueError: my model broke\nsecond line\n\n  third\n"),
                "the server reports: ValueError: my model broke; second line; third");
-  // Of chained exceptions, the last one is the error.
+  // The last of several chained exceptions is the error.
   EXPECT_STREQ(shown(frames +
                      "KeyError: 1\n\nDuring handling of the above exception, another exception "
                      "occurred:\n\n" +
