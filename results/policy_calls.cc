@@ -10,6 +10,7 @@
 #include "base/json_file.h"
 #include "base/run_layout.h"
 #include "base/text.h"
+#include "lcmtypes/metric_catalog.h"
 #include "policy_bridge/remote/latency.h"
 
 namespace evalbus::results {
