@@ -60,8 +60,20 @@ void RemoveAbandonedScratch(const fs::path& folder) {
   }
 }
 
+fs::path FolderOfTemporaryFiles() {
+  std::error_code error;
+  fs::path folder = fs::temp_directory_path(error);
+  if (!error) return folder;
+  // The function reads these variables in this order.
+  for (const char* name : {"TMPDIR", "TMP", "TEMP", "TEMPDIR"}) {
+    if (const char* const value = getenv(name))
+      ThrowFileError("folder of temporary files (" + std::string(name) + "): " + value, error.value());
+  }
+  ThrowFileError("folder of temporary files: /tmp", error.value());
+}
+
 Scratch::Scratch() {
-  const fs::path all = fs::temp_directory_path();
+  const fs::path all = FolderOfTemporaryFiles();
   [[maybe_unused]] static const bool once = (RemoveAbandonedScratch(all), true);
   std::string name = (all / (std::string(kPrefix) + ThisProcess() + std::string(kSuffix))).string();
   if (!mkdtemp(name.data())) ThrowFileError("cannot create " + name, errno);

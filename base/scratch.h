@@ -22,6 +22,10 @@ class Scratch {
   int fd_ = -1;
 };
 
+// Returns the folder that TMPDIR names; without TMPDIR, usually /tmp. Throws InputError or EnvironmentError,
+// with the name of the variable, if it is not a folder.
+std::filesystem::path FolderOfTemporaryFiles();
+
 // Removes from `folder` the temporary folders of this user's processes that have ended without removing them.
 void RemoveAbandonedScratch(const std::filesystem::path& folder);
 

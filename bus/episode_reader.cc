@@ -46,6 +46,16 @@ std::string EpisodeMessages::outcome() const {
   return end ? end_reason::Text(end->end_reason) : "";
 }
 
+std::string EpisodeReader::WhyNotWhole(const EpisodeMessages* episode) const {
+  if (reader_.damaged_places() > 0)
+    return "damaged: " + std::to_string(reader_.damaged_bytes()) + " bytes cannot be read";
+  if (!episode || !episode->model || !episode->begin)
+    return "no episode in this log (MODEL and EPISODE_BEGIN)";
+  if (!episode->end || !episode->summary)
+    return "the end of the episode is missing (EPISODE_END, EPISODE_SUMMARY)";
+  return "";
+}
+
 template <class Message>
 void EpisodeReader::Add(const Channel<Message>& channel, const std::function<bool(int)>& is_wanted,
                         std::vector<Message>* messages, EpisodeMessages* episode) {

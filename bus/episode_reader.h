@@ -69,6 +69,12 @@ class EpisodeReader {
   const EventLogReader& log() const { return reader_; }
   bool has_model() const { return model_.has_value(); }
 
+  // Returns why the log does not contain this whole episode, for example "damaged: 12 bytes cannot be read"
+  // or "the end of the episode is missing (EPISODE_END, EPISODE_SUMMARY)"; empty if it does. Gaps between
+  // ticks are not found. Must be called at the end of the log. episode: an episode that Next() returned, or
+  // null.
+  std::string WhyNotWhole(const EpisodeMessages* episode) const;
+
  private:
   template <class Message>
   void Add(const Channel<Message>& channel, const std::function<bool(int)>& is_wanted,

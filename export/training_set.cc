@@ -218,10 +218,7 @@ EpisodeSteps ReadSteps(const fs::path& log) {
     if (last && last->number() != read.number())
       fail("holds several episodes; expected a log of one episode");
   }
-  if (reader.log().damaged_places() > 0)
-    fail(fmt::format("damaged: {} bytes cannot be read", reader.log().damaged_bytes()));
-  if (!last || !last->model || !last->begin) fail("no episode in this log (MODEL and EPISODE_BEGIN)");
-  if (!last->end || !last->summary) fail("the end of the episode is missing (EPISODE_END, EPISODE_SUMMARY)");
+  if (const std::string why = reader.WhyNotWhole(last ? &*last : nullptr); !why.empty()) fail(why);
   const std::vector<action_t>& actions = last->actions;
   EpisodeSteps episode;
   episode.log = log;

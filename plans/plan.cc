@@ -174,6 +174,10 @@ Until ReadUntil(const YamlValue& value, int least) {
   return until;
 }
 
+// Optional keys of a plan's file.
+constexpr std::array kPlanKeys = {"plan",  "episodes", "seed",  "options",
+                                  "video", "compare",  "until", "shard_episodes"};
+
 // Reads the options, keyed by their names in run.json.
 void ReadRunOptions(const YamlValue& value, Plan* plan) {
   runner::RunOptions* const options = &plan->options;
@@ -183,6 +187,8 @@ void ReadRunOptions(const YamlValue& value, Plan* plan) {
   });
   for (const YamlValue& entry : value.Entries()) {
     if (std::ranges::find(known, entry.key()) == known.end()) {
+      if (std::ranges::find(kPlanKeys, entry.key()) != kPlanKeys.end())
+        entry.Fail("is a key of the plan itself: write it beside 'options', not in it");
       entry.Fail("not an option of runs in a plan" + Suggestion(entry.key(), known));
     }
     plan->rate_is_given |= entry.key() == "control_hz";
@@ -306,7 +312,7 @@ runner::RunOptions Plan::OptionsOf(const PlannedPolicy& policy) const {
 
 Plan ReadPlan(const fs::path& file) {
   const YamlMap map(ParseYaml(ReadInput(file, "plan"), file.string()), {"policies", "tasks"},
-                    {"plan", "episodes", "seed", "options", "video", "compare", "until", "shard_episodes"});
+                    {kPlanKeys.begin(), kPlanKeys.end()});
   Plan plan;
   plan.name = file.stem().string();
   if (const YamlValue* name = map.Find("plan")) plan.name = name->Text();

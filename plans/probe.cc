@@ -33,10 +33,10 @@ Probe ProbePlan(const Plan& plan, int most) {
   const Scratch scratch;
   const int runs = plan.num_runs(), tried = std::min(runs, most);
   for (int i = 0; i < tried; ++i) {
-    // The samples are spread evenly over all pairs of policy and task.
-    const auto run = static_cast<size_t>(int64_t{i} * runs / tried);
-    const PlannedPolicy& policy = plan.policies[run / plan.tasks.size()];
-    const std::string& task = plan.tasks[run % plan.tasks.size()];
+    // Each sample has the next task, so that every task is sampled if there are enough samples.
+    const auto sample = static_cast<size_t>(i);
+    const PlannedPolicy& policy = plan.policies[sample * plan.policies.size() / static_cast<size_t>(tried)];
+    const std::string& task = plan.tasks[sample % plan.tasks.size()];
     runner::RunOptions options = plan.OptionsOf(policy);
     options.episodes = 1;
     const fs::path file = scratch.path() / "options.json", out = scratch.path() / std::to_string(i);
@@ -49,7 +49,9 @@ Probe ProbePlan(const Plan& plan, int most) {
       while (!pool.done()) {
         if (!pool.Poll()) std::this_thread::sleep_for(std::chrono::milliseconds(2));
       }
-      probe.bytes_per_episode += static_cast<double>(Size(out / kEpisodesFolder));
+      const uintmax_t episode_bytes = Size(out / kEpisodesFolder);
+      probe.bytes_per_episode += static_cast<double>(episode_bytes);
+      probe.bytes_per_run += static_cast<double>(Size(out) - episode_bytes);
       probe.seconds_per_episode +=
           std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
       ++probe.episodes;
@@ -60,6 +62,7 @@ Probe ProbePlan(const Plan& plan, int most) {
   if (probe.episodes > 0) {
     probe.seconds_per_episode /= probe.episodes;
     probe.bytes_per_episode /= probe.episodes;
+    probe.bytes_per_run /= probe.episodes;
   }
   return probe;
 }

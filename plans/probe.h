@@ -11,6 +11,8 @@ struct Probe {
   // Means over the sampled episodes; the time is wall-clock time on one core of this machine.
   double seconds_per_episode = 0;
   double bytes_per_episode = 0;
+  // Files of a run other than its episodes, mainly the models.
+  double bytes_per_run = 0;
   int episodes = 0;
   // One-line reason why some samples failed; empty if all succeeded.
   std::string problem;

@@ -163,11 +163,16 @@ SlurmScripts WriteSlurmScripts(const PlanFolder& folder, const SlurmOptions& opt
 }
 
 void RunOnSlurm(const PlanFolder& folder, const SlurmOptions& options) {
-  const SlurmScripts scripts = WriteSlurmScripts(folder, options, NumParts(folder.plan(), options));
-  if (scripts.todo.empty()) {
-    throw InputError(folder.path().string() + ": every shard exists; 'evalbus merge " +
-                     folder.path().string() + "' combines them into results");
+  const std::vector<Shard> shards = ShardsOf(folder.plan());
+  if (std::ranges::all_of(shards, [&](const Shard& shard) { return folder.has(shard); })) {
+    const bool is_merged = std::ranges::all_of(
+        shards, [&](const Shard& shard) { return folder.has_run(shard.policy, shard.task); });
+    throw InputError(folder.path().string() +
+                     (is_merged ? ": all episodes exist and are merged"
+                                : ": every shard exists; 'evalbus merge " + folder.path().string() +
+                                      "' combines them into results"));
   }
+  const SlurmScripts scripts = WriteSlurmScripts(folder, options, NumParts(folder.plan(), options));
   const fs::path own = folder.path() / kSlurmFolder;
   if (options.dry_run) {
     const std::string array = (own / "array.sh").string(), merge = (own / "merge.sh").string();

@@ -84,12 +84,13 @@ PlanStatus StatusOf(const PlanFolder& folder) {
     }
     status.done += shard.size();
     status.by_policy[shard.policy] += shard.size();
-    const fs::path come = fs::exists(folder.shard_folder(shard))
-                              ? folder.shard_folder(shard) / kRunJson
-                              : folder.run_folder(shard.policy, shard.task);
-    const std::optional<double> age_s = AgeOf(come);
+    // The time stamps of merged runs are those of the merge or of --resume, so they do not count for the
+    // rate.
+    const bool is_merged = !fs::exists(folder.shard_folder(shard));
+    const std::optional<double> age_s = AgeOf(is_merged ? folder.run_folder(shard.policy, shard.task)
+                                                        : folder.shard_folder(shard) / kRunJson);
     KeepNewest(age_s, &status.newest_s);
-    if (age_s && *age_s < kRecent_s) {
+    if (!is_merged && age_s && *age_s < kRecent_s) {
       recent += shard.size();
       if (*age_s > oldest_s) {
         oldest_s = *age_s;
@@ -129,7 +130,7 @@ std::string PlanStatus::Text() const {
                                        Plural(failed.size(), "shard"));
   if (done < episodes && !has_ended && newest_s) {
     text += fmt::format("newest result {} ago", results::FormatDuration(*newest_s));
-    if (!is_sequential && rate > 0) {
+    if (!is_sequential && rate > 0 && !at_work.empty()) {
       text += fmt::format("; {:.3g} episodes/s, about {} left", rate,
                           results::FormatDuration((episodes - done) / rate));
     }

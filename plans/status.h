@@ -25,8 +25,8 @@ struct PlanStatus {
   std::vector<std::string> at_work;
   // Number of finished episodes by policy.
   std::map<std::string, int> by_policy;
-  // Episodes per second over the last ten minutes, from the arrival times of shards; 0 if fewer than two
-  // arrived.
+  // Episodes per second over the last ten minutes, from the arrival times of shards that are not yet merged;
+  // 0 if fewer than two arrived. Text() shows it only while processes are active.
   double rate = 0;
   // Age of the newest result, from the time stamps of files; nullopt if there are no results.
   std::optional<double> newest_s;

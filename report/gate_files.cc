@@ -17,15 +17,25 @@ using results::GateCriterion;
 using results::GateVerdict;
 using results::Word;
 
-std::string NumberOrDash(double value) { return std::isfinite(value) ? Fixed(value, 2) : "-"; }
+std::string MeanOrDash(const GateCriterion& criterion, double mean) {
+  return std::isfinite(mean) ? results::MeanText(criterion, mean) : "-";
+}
+
+std::string LossOrDash(const GateCriterion& criterion, double loss, results::BoundFrom from) {
+  return std::isfinite(loss) ? results::LossText(criterion, loss, from) : "-";
+}
 
 std::string Row(const GateCriterion& criterion) {
-  const auto with_unit = [&](double value) { return NumberOrDash(value) + " " + criterion.unit; };
-  return fmt::format("| {} | {} | {} | {} {} | {} | {} to {} | {:.4g} {} | {} |\n", Word(criterion.verdict),
-                     MarkdownCell(criterion.what), NumberOrDash(criterion.baseline_mean),
-                     NumberOrDash(criterion.mean), criterion.mean_unit, with_unit(criterion.loss),
-                     NumberOrDash(criterion.loss_lower), NumberOrDash(criterion.loss_upper), criterion.margin,
-                     criterion.unit, criterion.pairs);
+  using results::BoundFrom;
+  return fmt::format("| {} | {} | {} | {} | {} | {} to {} | {} | {} |\n", Word(criterion.verdict),
+                     MarkdownCell(criterion.what), MeanOrDash(criterion, criterion.baseline_mean),
+                     MeanOrDash(criterion, criterion.mean),
+                     std::isfinite(criterion.loss)
+                         ? WithUnit(Fixed(criterion.loss, Decimals(std::abs(criterion.loss))), criterion.unit)
+                         : "-",
+                     LossOrDash(criterion, criterion.loss_lower, BoundFrom::kBelow),
+                     LossOrDash(criterion, criterion.loss_upper, BoundFrom::kAbove),
+                     WithUnit(fmt::format("{:.4g}", criterion.margin), criterion.unit), criterion.pairs);
 }
 
 }  // namespace
@@ -58,7 +68,7 @@ std::string GateMarkdown(const Gate& gate) {
   std::string text = fmt::format("### {}: {} against {}\n\n{}\n\n", Word(gate.verdict),
                                  MarkdownCell(gate.run), MarkdownCell(gate.baseline), MarkdownCell(gate.why));
   text +=
-      "| verdict | value | baseline | run | loss | bounds of the loss | margin | pairs |\n"
+      "| verdict | value | baseline | run | loss | bounds of the loss, rounded outward | margin | pairs |\n"
       "|---|---|---|---|---|---|---|---|\n";
   for (const GateCriterion& criterion : gate.criteria) text += Row(criterion);
   text +=

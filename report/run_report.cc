@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "bus/episode_reader.h"
 #include "report/episode_tracks.h"
 #include "report/page/page_check.h"
 #include "report/page/report_page.h"
@@ -122,6 +123,16 @@ ReportCurves CurvesOf(const viz::EpisodeTrack& track) {
     curves.figures.back().events = curves.events;
   }
   return curves;
+}
+
+// Returns a remark if the log of a shown episode is damaged or incomplete; otherwise an empty text.
+std::string LogRemark(const results::RecordedRun& run, int episode) {
+  const std::filesystem::path log = results::EpisodeLogs(run.folder, {episode}).front();
+  EpisodeReader reader(log, {});
+  std::optional<EpisodeMessages> last;
+  for (EpisodeMessages read; reader.Next(&read);) last = std::move(read);
+  const std::string why = reader.WhyNotWhole(last ? &*last : nullptr);
+  return why.empty() ? "" : fmt::format("episode {}: {}: {}", episode, log.string(), why);
 }
 
 void AddCurves(const std::vector<Choice>& choices, bool asked_for, ReportRun* report) {
@@ -268,6 +279,15 @@ std::string AddViewer(const std::vector<int>& episodes, size_t most, const PageL
   LinkMoments([](int, int) { return true; }, report);
   pack.Pack(wanted, ReportPage(*report).size(), most);
   for (const std::string& remark : pack.remarks()) report->viewer_remarks.push_back(remark);
+  for (size_t k = 0; k < report->runs.size(); ++k) {
+    const results::RecordedRun& run = report->runs[k].run;
+    for (const results::RecordedEpisode& episode : run.episodes) {
+      // Logs of invalid episodes may be incomplete.
+      if (!episode.complete || !pack.has(static_cast<int>(k), episode.episode)) continue;
+      const std::string remark = LogRemark(run, episode.episode);
+      if (!remark.empty()) report->viewer_remarks.push_back(remark);
+    }
+  }
   report->viewer = pack.Viewer();
   LinkMoments([&](int run, int episode) { return pack.has(run, episode); }, report);
   return pack.Note();
@@ -296,7 +316,7 @@ BuiltPage RunReport(results::RecordedRuns runs, const std::filesystem::path& fil
     AddStills(&report);
     note = AddViewer(episodes, most, links, &report);
   }
-  return {ReportPage(report), note};
+  return {ReportPage(report), note, report.viewer_remarks};
 }
 
 }  // namespace evalbus::report

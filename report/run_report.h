@@ -16,6 +16,8 @@ struct BuiltPage {
   std::string html;
   // A sentence that states which episodes can be played in 3D; empty if none were requested.
   std::string note;
+  // Shown episodes whose logs are damaged or incomplete, and episodes that cannot be shown, with the reason.
+  std::vector<std::string> remarks = {};
 };
 
 // Returns the command line that repeats a run, from the contents of its run.json; empty if there is none.

@@ -174,7 +174,7 @@ class MeritRemarks {
  public:
   void Add(const std::string& run, const char* why, const MetricNumber& number) {
     std::string& metrics = metrics_[{run, why}];
-    metrics += (metrics.empty() ? "" : ", ") + number.label();
+    metrics += (metrics.empty() ? "" : "; ") + number.label();
   }
   void AddTo(NamedRemarks* remarks, const std::string& task) const {
     for (const auto& [run_why, metrics] : metrics_) {
@@ -340,6 +340,15 @@ bool AllPairsAreEqual(const Side& run, const Side& baseline) {
   });
 }
 
+// Returns false if the test of the metric cannot reach p < 0.05 with any values, because there are too few.
+bool CanReachAlpha(const MetricComparison& metric, bool paired) {
+  // The most extreme of 2^n choices of signs, or of all choices of the first sample, in both directions.
+  const double n = metric.count, m = metric.baseline_count;
+  const double log_choices =
+      paired ? n * std::log(2.0) : std::lgamma(n + m + 1) - std::lgamma(n + 1) - std::lgamma(m + 1);
+  return 2 * std::exp(-log_choices) < metrics::kAlpha;
+}
+
 // Adds notes on the comparison, one sentence each.
 void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, const std::string& run,
                 const std::string& baseline, NamedRemarks* remarks) {
@@ -380,24 +389,30 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
                           : own.is_simulated                       ? baseline
                                                                    : run));
   }
-  std::vector<std::string> only_interval, only_test;
+  std::vector<std::string> too_few, only_interval, only_test;
   for (const MetricComparison& metric : task.metrics) {
     if (metric.p && *metric.p >= metrics::kAlpha && metric.difference_95.excludes_0())
-      only_interval.push_back(metric.number.label());
+      (CanReachAlpha(metric, task.paired) ? only_interval : too_few).push_back(metric.number.label());
     if (metric.differs() && !metric.is_higher() && !metric.is_lower())
       only_test.push_back(metric.number.label());
+  }
+  if (!too_few.empty()) {
+    remarks->Add(name,
+                 fmt::format("the interval of the mean difference excludes 0, but the test cannot show a "
+                             "difference with so few {}, because p is at least 0.05 for any values: {}",
+                             task.paired ? "pairs" : "episodes", fmt::join(too_few, "; ")));
   }
   if (!only_interval.empty()) {
     remarks->Add(name,
                  fmt::format("the interval of the mean difference excludes 0, but the test, which compares "
                              "ranks, shows no difference: {}",
-                             fmt::join(only_interval, ", ")));
+                             fmt::join(only_interval, "; ")));
   }
   if (!only_test.empty()) {
     remarks->Add(name,
                  fmt::format("the test, which compares ranks, shows a difference, but the interval of the "
                              "mean difference contains 0: {}",
-                             fmt::join(only_test, ", ")));
+                             fmt::join(only_test, "; ")));
   }
   MeritRemarks merits;
   for (const MetricComparison& metric : task.metrics) {

@@ -179,7 +179,7 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
   }
   std::string text = ComparedTable("", label_width, rows, comparison, width, colors);
   if (!equal.empty())
-    text += WrappedToFit(fmt::format("{}: {}", EqualTitle(task), fmt::join(equal, ", ")), 2, width) + "\n";
+    text += WrappedToFit(fmt::format("{}: {}", EqualTitle(task), fmt::join(equal, "; ")), 2, width) + "\n";
   std::string adjusted = kIntervalsAreSingle;
   if (rows.size() > 1) {
     adjusted = fmt::format("Holm: p of metrics adjusted for {}. {}",

@@ -86,6 +86,14 @@ struct Gate {
 // `on` is unknown or has no better direction.
 Gate Decide(const RecordedRuns& run, const RecordedRuns& baseline, const GateOptions& options);
 
+// Formats a bound of a loss with enough decimals to be compared with the margin, and its unit, for example
+// "4.2 points". Upper bounds are rounded up and lower bounds down. A bound of at least 1e-6 is never shown as
+// 0.
+enum class BoundFrom { kAbove, kBelow };
+std::string LossText(const GateCriterion& criterion, double loss, BoundFrom from);
+// Returns a mean of the criterion with its unit, for example "81.7 %".
+std::string MeanText(const GateCriterion& criterion, double mean);
+
 // Returns GateCriterion::why, for example "success 90.0 -> 88.0 % in 200 pairs: a loss of at most 4.2 points
 // (one-sided 95 % bound), margin 5 points".
 std::string WhyText(const GateCriterion& criterion);

@@ -10,26 +10,15 @@
 namespace evalbus::results {
 namespace {
 
-enum class BoundFrom { kAbove, kBelow };
-
-// Formats a bound of a loss with enough decimals to be compared with the margin, for example "4.2 points".
-// Upper bounds are rounded up and lower bounds down. A bound of at least 1e-6 is never shown as 0.
-std::string LossText(const GateCriterion& criterion, double loss, BoundFrom from) {
-  int decimals = criterion.margin >= 10 ? 0 : criterion.margin >= 1 ? 1 : 3;
-  while (loss != 0 && decimals < 6 && std::abs(loss) < std::pow(10, -decimals)) ++decimals;
-  constexpr double kRounding = 1e-9;
-  const double scale = std::pow(10, decimals), scaled = loss * scale;
-  const double whole =
-      from == BoundFrom::kAbove ? std::ceil(scaled - kRounding) : std::floor(scaled + kRounding);
-  return WithUnit(Fixed(whole / scale, decimals), criterion.unit);
+int MeanDecimals(const GateCriterion& criterion) {
+  const double largest = std::max(std::abs(criterion.baseline_mean), std::abs(criterion.mean));
+  return criterion.mean_unit == "%" ? 1 : Decimals(largest);
 }
 
 // Returns the means of both sides, for example "81.7 -> 90.0 %".
 std::string MeansText(const GateCriterion& criterion) {
-  const double largest = std::max(std::abs(criterion.baseline_mean), std::abs(criterion.mean));
-  const int decimals = criterion.mean_unit == "%" ? 1 : Decimals(largest);
-  return fmt::format("{} -> {}", Fixed(criterion.baseline_mean, decimals),
-                     WithUnit(Fixed(criterion.mean, decimals), criterion.mean_unit));
+  return fmt::format("{} -> {}", Fixed(criterion.baseline_mean, MeanDecimals(criterion)),
+                     MeanText(criterion, criterion.mean));
 }
 
 std::string Bound(double alpha) { return fmt::format("(one-sided {:.3g} % bound)", 100 * (1 - alpha)); }
@@ -63,6 +52,20 @@ std::string Undecided(const GateCriterion& criterion) {
 }
 
 }  // namespace
+
+std::string LossText(const GateCriterion& criterion, double loss, BoundFrom from) {
+  int decimals = criterion.margin >= 10 ? 0 : criterion.margin >= 1 ? 1 : 3;
+  while (loss != 0 && decimals < 6 && std::abs(loss) < std::pow(10, -decimals)) ++decimals;
+  constexpr double kRounding = 1e-9;
+  const double scale = std::pow(10, decimals), scaled = loss * scale;
+  const double whole =
+      from == BoundFrom::kAbove ? std::ceil(scaled - kRounding) : std::floor(scaled + kRounding);
+  return WithUnit(Fixed(whole / scale, decimals), criterion.unit);
+}
+
+std::string MeanText(const GateCriterion& criterion, double mean) {
+  return WithUnit(Fixed(mean, MeanDecimals(criterion)), criterion.mean_unit);
+}
 
 std::string WhyText(const GateCriterion& criterion) {
   const std::string values =

@@ -141,7 +141,7 @@ std::vector<std::string> DelayHeadline(const std::vector<DelayPoint>& points,
   std::string test = std::string("Test: ") + TestName(success.test);
   if (success.paired) test += " on equal seeds";
   if (effects.size() > 1)
-    test += fmt::format(", p adjusted with Holm's method for {} delays", effects.size());
+    test += fmt::format(", p adjusted with Holm's method for {} comparisons", effects.size());
   const auto has_fewer = [](const DelayEffect& effect) { return effect.success.has_fewer_samples(); };
   if (std::ranges::any_of(effects, has_fewer))
     test += "; episodes with equal starts and equal numbers count as one";
@@ -174,7 +174,7 @@ DelayPoint ReadDelayPoint(const RecordedRun& run) {
 std::string DelayTable(const std::vector<DelayPoint>& points) {
   std::string text = fmt::format("{:<12}  {:>8}  {:>8}  {:<20}  {:<22}  {:<22}  {:>6}  {:>6}  {:>7}\n",
                                  "execution", "delay ms", "episodes", "success %", "time s (successes)",
-                                 "joint jerk rad/s3", "stale%", "new/s", "age ms");
+                                 "joint jerk rad/s³", "stale%", "new/s", "age ms");
   const auto percent = [](double share) { return PercentagePoints(share); };
   const auto decimals = [](int count) { return [count](double value) { return Fixed(value, count); }; };
   for (const DelayPoint& point : points) {

@@ -55,9 +55,11 @@ ordered_json RunPacing(const std::vector<ordered_json>& episodes) {
 }
 
 std::string PacingSentence(const ordered_json& run_pacing) {
-  return fmt::format("Of {} ticks, {} had no action in time and {} were late by at least a whole tick.",
-                     run_pacing["ticks"].get<int64_t>(), run_pacing["deadline_misses"].get<int64_t>(),
-                     run_pacing["late_ticks"].get<int64_t>());
+  return fmt::format(
+      "Of {} ticks, {} had no message from the policy process in time and {} were late by at least a whole "
+      "tick.",
+      run_pacing["ticks"].get<int64_t>(), run_pacing["deadline_misses"].get<int64_t>(),
+      run_pacing["late_ticks"].get<int64_t>());
 }
 
 std::string PacingText(const ordered_json& run_pacing) {

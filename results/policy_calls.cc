@@ -10,6 +10,7 @@
 #include "base/json_file.h"
 #include "base/run_layout.h"
 #include "base/text.h"
+#include "lcmtypes/metric_catalog.h"
 #include "policy_bridge/remote/latency.h"
 
 namespace evalbus::results {
@@ -111,7 +112,8 @@ std::string DelayInWords(const RecordedRun& run) {
   };
   if (!std::isfinite(mean(kActionAge))) return "";
   return fmt::format(
-      "{:.1f} new actions per second; {:.1f} % of the ticks had none; an action was {} old on average.",
+      "{:.1f} new actions per second; {:.1f} % of the ticks had none and held the last command; an action "
+      "was {} old on average.",
       mean(kEffectiveRate), 100 * mean(kStaleRatio), TimeInWords(mean(kActionAge)));
 }
 

@@ -257,11 +257,14 @@ metrics::RunStatistics RecordedRun::Statistics() const {
   return statistics;
 }
 
+bool RecordedRun::is_collection() const { return std::filesystem::exists(folder / kCollectJson); }
+
 std::vector<std::string> RecordedRun::Remarks() const {
   std::vector<std::string> remarks;
   const size_t finished = episodes.size();
   const auto total = static_cast<size_t>(num_planned());
-  if (finished < total) remarks.push_back(fmt::format("{} of {} episodes have finished", finished, total));
+  if (finished < total && !is_collection())
+    remarks.push_back(fmt::format("{} of {} episodes have finished", finished, total));
   if (!unfinished.empty()) {
     remarks.push_back(
         fmt::format("started but not finished: {} {}", Episodes(unfinished.size()), List(unfinished)));
@@ -283,8 +286,7 @@ std::vector<std::string> RecordedRun::Remarks() const {
         fmt::format("line {} of {} is truncated and ignored: the run was stopped while it was written",
                     cut_line, kEpisodesJsonl));
   }
-  // The file is written by `evalbus collect`.
-  if (std::filesystem::exists(folder / kCollectJson)) {
+  if (is_collection()) {
     remarks.emplace_back(
         "collected demonstrations: only successes were kept, so its rates do not describe the policy");
   }

@@ -97,6 +97,8 @@ struct RecordedRun {
   bool is_part() const;
   // Returns the number of planned episodes; with --only, the number of listed episodes.
   int num_planned() const;
+  // Returns true if `evalbus collect` has finished this run and kept only its successes.
+  bool is_collection() const;
   std::vector<int> incomplete() const;  // without invalid ones
   std::vector<int> invalid() const;
   metrics::RunStatistics Statistics() const;

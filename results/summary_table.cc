@@ -106,7 +106,7 @@ std::string ConstantsText(const std::vector<MetricNumber>& constants, const metr
     parts.push_back(number.label() + " " + ShownWithUnit(*number.metric, summary.Find(number.name)->mean));
   }
   if (parts.empty()) return "";
-  return Wrapped(fmt::format("equal in every episode: {}", fmt::join(parts, ", ")), 2,
+  return Wrapped(fmt::format("equal in every episode: {}", fmt::join(parts, "; ")), 2,
                  static_cast<size_t>(width)) +
          "\n";
 }

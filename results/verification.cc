@@ -141,7 +141,7 @@ void CheckRun(const fs::path& folder, Verification* result) {
     result->notes.push_back(summary.string() + ": missing: the run has not ended");
     return;
   }
-  if (run->episodes.size() < static_cast<size_t>(run->num_planned())) {
+  if (run->episodes.size() < static_cast<size_t>(run->num_planned()) && !run->is_collection()) {
     result->notes.push_back(fmt::format("{}: {} of {} episodes have finished", folder.string(),
                                         run->episodes.size(), run->num_planned()));
   }

@@ -112,8 +112,8 @@ class NoReturnFinder::Impl {
     // Only the last attempt in the log counts.
     std::optional<EpisodeMessages> read;
     for (EpisodeMessages messages; reader.Next(&messages); messages = {}) read = std::move(messages);
-    if (!read || !read->begin || read->states.empty())
-      throw InputError(log.string() + ": no episode in this log");
+    if (const std::string why = reader.WhyNotWhole(read ? &*read : nullptr); !why.empty())
+      throw InputError(log.string() + ": " + why);
     log_ = *std::move(read);
     const auto is_complete = [](const auto& messages, size_t count) {
       for (size_t i = 0; i < count; ++i)
@@ -121,8 +121,8 @@ class NoReturnFinder::Impl {
       return true;
     };
     const size_t ticks = log_.states.size();
-    if (!is_complete(log_.states, ticks) || !is_complete(log_.contacts, ticks) ||
-        !is_complete(log_.actions, ticks - 1))
+    if (static_cast<int64_t>(ticks) != log_.end->header.tick + 1 || !is_complete(log_.states, ticks) ||
+        !is_complete(log_.contacts, ticks) || !is_complete(log_.actions, ticks - 1))
       throw InputError(log.string() + ": ticks are missing");
   }
 

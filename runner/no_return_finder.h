@@ -18,8 +18,8 @@ class NoReturnFinder {
   NoReturnFinder(const NoReturnFinder&) = delete;
   NoReturnFinder& operator=(const NoReturnFinder&) = delete;
 
-  // The episode must have failed. Throws InputError if its log has no episode or lacks ticks, or if the
-  // repeated states differ from the logged ones.
+  // The episode must have failed. Throws InputError if its log is damaged, has no episode, or lacks ticks or
+  // the end of the episode, or if the repeated states differ from the logged ones.
   results::NoReturn Find(int episode);
 
  private:

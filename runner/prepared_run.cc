@@ -13,6 +13,7 @@
 #include "base/sha256.h"
 #include "bus/private_network.h"
 #include "policy_bridge/policies/delayed_policy.h"
+#include "policy_bridge/policies/replay_policy.h"
 #include "results/run_reader.h"
 #include "results/verdicts.h"
 #include "runner/components.h"
@@ -127,6 +128,16 @@ bool IsWanted(const RunOptions& options, int episode) {
   return options.only.empty() || std::ranges::find(options.only, episode) != options.only.end();
 }
 
+// Throws InputError if the policy replays a recording of which a requested episode is damaged or incomplete.
+void CheckRecording(const RunOptions& options) {
+  const std::string path = policy::RecordingPath(options.policy.policy);
+  if (path.empty()) return;
+  const policy::Recording recording = policy::OpenRecording(path);
+  for (int episode = 0; episode < options.episodes; ++episode) {
+    if (IsWanted(options, episode)) recording(episode);
+  }
+}
+
 // Returns "only" of run.json for a run that is resumed with this --only. A run that was planned with all of
 // its episodes remains so; otherwise, its missing episodes would no longer be counted.
 std::vector<int> UnionOfOnly(const results::RecordedRun& before, const std::vector<int>& only) {
@@ -228,6 +239,7 @@ std::string ShortPolicyName(const RunOptions& options) {
 
 PreparedRun PrepareRun(RunOptions options) {
   const TaskSelection selection = Resolve(&options);
+  CheckRecording(options);
   sim::PreparedScene prepared = sim::ComposeScene(options.sim);
   if (options.watch) sim::CheckSourceOptions(options.sim, prepared.info);
   options.sim.physics_sha256 = prepared.info.physics_sha256;

@@ -16,6 +16,7 @@
 #include "plans/plan_run.h"
 #include "plans/probe.h"
 #include "plans/status.h"
+#include "report/viewer_pack.h"
 #include "results/summary_table.h"
 
 namespace evalbus::commands {
@@ -93,12 +94,17 @@ void Show(const Plan& plan, bool probe) {
   constexpr int kProbes = 6;
   const plans::Probe found = plans::ProbePlan(plan, kProbes);
   if (found.episodes > 0) {
+    const double logs = found.bytes_per_episode * static_cast<double>(all);
+    const double models = found.bytes_per_run * runs;
+    // Each policy has a report, and each policy except the baseline a comparison.
+    const size_t pages = 2 * plan.policies.size() - 1;
     fmt::print(
-        "time      {}{} on one core, without videos ({:.2g} s per episode, measured with {})\n"
-        "disk      {}{} ({} per episode)\n",
+        "time      {}{} on one core, without videos and pages ({:.2g} s per episode, measured with {})\n"
+        "disk      {}{}: logs {} ({} per episode), models {} ({} per run); also {} of at most {:g} MB each\n",
         least, results::FormatDuration(found.seconds_per_episode * static_cast<double>(all)),
-        found.seconds_per_episode, found.episodes, least,
-        Size(found.bytes_per_episode * static_cast<double>(all)), Size(found.bytes_per_episode));
+        found.seconds_per_episode, found.episodes, least, Size(logs + models), Size(logs),
+        Size(found.bytes_per_episode), Size(models), Size(found.bytes_per_run), Plural(pages, "page"),
+        report::kPageMegabytes);
   }
   if (!found.problem.empty()) fmt::print("problem   {}\n", Printable(found.problem));
 }

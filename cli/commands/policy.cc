@@ -20,6 +20,7 @@
 #include "cli/commands/scene_words.h"
 #include "policy_bridge/policy_options.h"
 #include "policy_bridge/remote/policy_check.h"
+#include "runner/training_starts.h"
 #include "sim/prepared_scene.h"
 #include "sim/world.h"
 #include "viz/images/png.h"
@@ -231,6 +232,8 @@ int Check(PolicyCommandOptions options) {
         options.policy.policy +
         ": expected a contract ('evalbus policy list' lists the built-in ones) or ws://HOST:PORT");
   if (options.first_step_rad) contract->first_step_rad = options.first_step_rad;
+  // Throws InputError if a set does not exist, as a run does.
+  if (!contract->trained_on.empty()) runner::TrainingStarts::Of(*contract);
   FirstLook look = Look(options, *contract);
   const mjModel& model = *look.prepared.scene.physics;
   policy::ObservationBuilder observations = policy::Fitted(

@@ -55,8 +55,9 @@ void AddOptions(CLI::App* app, ReportOptions* options) {
       ->capture_default_str();
 }
 
-// Prints the page's path and, if the page of a run or suite has a note (BuiltPage::note), the note and the
-// page's size. Returns the exit code. Throws InputError or EnvironmentError.
+// Prints the page's path, remarks on logs that are damaged or missing and, if the page of a run or suite has
+// a note (BuiltPage::note), the note and the page's size. Returns the exit code. Throws InputError or
+// EnvironmentError.
 int WriteReport(const ReportOptions& options) {
   if (fs::exists(options.run / kPlanJson)) {
     if (!options.out.empty() || !options.episodes.empty()) {
@@ -81,6 +82,7 @@ int WriteReport(const ReportOptions& options) {
                         static_cast<size_t>(options.megabytes * 1e6), runner::CommandOf);
   WriteWhole(out, page.html);
   fmt::print("{}\n", fs::proximate(out).string());
+  for (const std::string& remark : page.remarks) fmt::print("note: {}\n", remark);
   if (!page.note.empty()) {
     fmt::print("{} The page has {:.1f} MB.\n", page.note, static_cast<double>(page.html.size()) / 1e6);
   }

@@ -7,26 +7,27 @@
 
 #include "base/errors.h"
 #include "base/run_layout.h"
-#include "base/text.h"
 #include "lcmtypes/clock.h"
 #include "policy_bridge/planning/robot.h"
 
 namespace evalbus::policy {
 namespace {
 
-// Reads the actions of the last attempt of an episode.
+// Reads the actions of the last attempt of an episode. Throws InputError if the log is damaged, or if actions
+// or the end of the episode are missing, because the last action before a gap would silently be held.
 RecordedActions ReadActions(const std::filesystem::path& log, int episode) {
   EpisodeReader reader(log, {channels::kAction});
   RecordedActions recorded{.log = log.string(), .episode = {}};
   const auto is_wanted = [episode](int number) { return number == episode; };
+  bool is_found = false;
   for (EpisodeMessages read; reader.Next(&read, is_wanted);) {
-    if (is_wanted(read.number())) recorded.episode = std::move(read);
+    if (!is_wanted(read.number())) continue;
+    recorded.episode = std::move(read);
+    is_found = true;
   }
-  // Gaps cannot be tolerated, because the previous action would silently be held during them.
-  if (reader.log().damaged_places() > 0) {
-    throw InputError("policy \"replay\": " + log.string() + " is damaged (" +
-                     Plural(reader.log().damaged_bytes(), "byte") + "), so actions may be missing");
-  }
+  if (!is_found && reader.log().damaged_places() == 0) return recorded;
+  if (const std::string why = reader.WhyNotWhole(is_found ? &recorded.episode : nullptr); !why.empty())
+    throw InputError("policy \"replay\": " + log.string() + ": " + why);
   const bool is_lockstep = recorded.episode.model && recorded.episode.model->clock == clock_name::kLockstep;
   int64_t tick = 0;
   for (const action_t& action : recorded.episode.actions) {

@@ -19,7 +19,8 @@ struct RecordedActions {
 using Recording = std::function<RecordedActions(int episode)>;
 
 // Opens a run folder or an LCM event log. The actions of an episode are read when they are requested. Throws
-// InputError if the path does not exist, or if it is a folder other than a run folder.
+// InputError if the path does not exist, or if it is a folder other than a run folder. The returned function
+// throws InputError if the log is damaged, or lacks actions or the end of the episode.
 Recording OpenRecording(const std::string& path);
 
 // Returns PATH for a policy named "replay:PATH" or "replay_anyway:PATH", and an empty text for other

@@ -116,21 +116,33 @@ class Check {
         report_.most[i] = std::max(report_.most[i], row[i]);
       }
     }
-    NoteUnusedValues();
+    LookAtIndices();
     LookAtGrippers();
     LookAtClips();
     Move();
   }
 
-  void NoteUnusedValues() {
-    std::set<int> unused;
+  void LookAtIndices() {
+    std::set<int> unused, shared;
     for (int i = 0; i < contract_.actions.num_values; ++i) unused.insert(i);
+    const auto use = [&](int index) {
+      if (unused.erase(index) == 0) shared.insert(index);
+    };
     for (const ArmForm& arm : contract_.actions.arms) {
-      for (const int index : arm.indices) unused.erase(index);
-      if (arm.gripper.index) unused.erase(*arm.gripper.index);
+      for (const int index : arm.indices) use(index);
+      if (arm.gripper.index) use(*arm.gripper.index);
     }
     if (!unused.empty())
       Add(Level::kNote, fmt::format("the contract uses no value at index {}", fmt::join(unused, ", ")));
+    if (shared.empty()) return;
+    const std::string text =
+        fmt::format("the contract uses the value at index {} more than once", fmt::join(shared, ", "));
+    // One value may close both grippers, but then no value should be left.
+    if (unused.empty()) {
+      Add(Level::kNote, text);
+    } else {
+      Doubt(text + ": is an index wrong?");
+    }
   }
 
   void LookAtGrippers() {

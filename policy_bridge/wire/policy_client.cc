@@ -1,10 +1,40 @@
 #include "policy_bridge/wire/policy_client.h"
 
+#include <sstream>
+
 #include "base/text.h"
 #include "policy_bridge/wire/clients.h"
 #include "policy_bridge/wire/policy_pool.h"
 
 namespace evalbus::policy {
+
+namespace {
+
+std::string Trimmed(const std::string& text) {
+  constexpr const char* kSpaces = " \t\r\n";
+  const size_t begin = text.find_first_not_of(kSpaces);
+  return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(kSpaces) - begin + 1);
+}
+
+// Returns the type and the whole message of the exception in a Python traceback, whose lines are joined by ";
+// ". Returns the last line of another text.
+std::string Summary(const std::string& text) {
+  const size_t traceback = text.rfind("Traceback (most recent call last):");
+  std::istringstream lines(traceback == std::string::npos ? text : text.substr(traceback));
+  std::string summary, last;
+  bool is_first = true;
+  for (std::string line; std::getline(lines, line); is_first = false) {
+    const std::string trimmed = Trimmed(line);
+    if (trimmed.empty()) continue;
+    last = trimmed;
+    // The frames of the traceback are indented.
+    if (is_first || (summary.empty() && line.front() == ' ')) continue;
+    summary += (summary.empty() ? "" : "; ") + trimmed;
+  }
+  return traceback == std::string::npos || summary.empty() ? last : summary;
+}
+
+}  // namespace
 
 std::vector<Reply> PolicyClient::InferBatch(std::span<const Value> observations) {
   std::vector<Reply> replies;
@@ -31,13 +61,10 @@ std::unique_ptr<PolicyClient> MakePolicyClient(const ClientOptions& options) {
 }
 
 ServerError ErrorFromServer(const std::string& words) {
-  constexpr const char* kSpaces = " \t\r\n";
-  std::string last = words.substr(0, words.find_last_not_of(kSpaces) + 1);
-  last.erase(0, last.find_last_of("\r\n") + 1);
-  last.erase(0, last.find_first_not_of(kSpaces));
+  const std::string summary = Summary(words);
   return {ServerError::Kind::kServer,
-          last.empty() ? "the server fails without a message"
-                       : "the server reports: " + Printable(Cut(last, 400)),
+          summary.empty() ? "the server fails without a message"
+                          : "the server reports: " + Printable(Cut(summary, 400)),
           words};
 }
 

@@ -113,7 +113,8 @@ class PolicyClient {
 // Creates a client, which is not connected yet. Throws InputError for a URL that does not fit the wire.
 std::unique_ptr<PolicyClient> MakePolicyClient(const ClientOptions& options);
 
-// Returns an error of kind kServer. what() contains the last line of the message, and details() all lines.
+// Returns an error of kind kServer. what() contains the last line of the message or, of a Python traceback,
+// the exception with its whole message, and details() all lines.
 ServerError ErrorFromServer(const std::string& words);
 
 }  // namespace evalbus::policy

@@ -15,6 +15,7 @@
 #include <zmq.hpp>
 
 #include "base/errors.h"
+#include "base/scratch.h"
 #include "policy_bridge/wire/codecs.h"
 #include "policy_bridge/wire/zeromq.h"
 
@@ -259,7 +260,7 @@ PolicyPool::PolicyPool(ClientOptions server, int batch_size, std::chrono::millis
   state_->batch_size = static_cast<size_t>(batch_size);
   state_->gather = gather;
   // The socket is a Unix socket, because workers may run in separate network namespaces.
-  folder_ = (std::filesystem::temp_directory_path() / "evalbus-pool-XXXXXX").string();
+  folder_ = (FolderOfTemporaryFiles() / "evalbus-pool-XXXXXX").string();
   if (!mkdtemp(folder_.data())) {
     throw EnvironmentError("cannot make " + folder_ + ": " + std::strerror(errno));
   }

@@ -301,7 +301,12 @@ def _checked(policy: Callable) -> Callable:
             raise ActionError(f"the policy returned an action that is not an array: {error}") from None
         check_sent_action_type(actions, "the policy returned an action")
         if not np.isfinite(actions).all():
-            raise ActionError(f"the policy returned an action that is not finite: {actions.ravel()[:8].tolist()}")
+            index = np.argwhere(~np.isfinite(actions))[0].tolist() if actions.ndim else [0]
+            step = f" of step {index[0]}" if len(index) > 1 else ""
+            raise ActionError(
+                f"the policy returned an action that is not finite: value {index[-1]}{step} is "
+                f"{actions.reshape(-1)[np.argmin(np.isfinite(actions))]}"
+            )
         return answer
 
     if isinstance(policy, type):

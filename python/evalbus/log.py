@@ -44,7 +44,8 @@ class Log(dict):
 def read_log(file):
     """Reads the messages of a log as numpy arrays (see Log). Damaged parts are skipped, counted and warned about.
 
-    Raises InputError if the file cannot be read or has no LCM event, and ProgramError if zstd is needed but not installed.
+    Raises InputError if the file cannot be read or has no LCM event, ProgramError if zstd is needed but not installed, and
+    TypeError if `file` is a number.
     """
     log = Log()
     times, found, names = {}, {}, {}
@@ -117,6 +118,8 @@ def _events(file, log):
 @contextlib.contextmanager
 def _bytes(file):
     """Provides the content of a log, decompressed if necessary."""
+    if isinstance(file, (int, np.integer)):  # open() would read a file descriptor
+        raise TypeError(f"expected the path of a log, got the number {file}; Run.logs has the paths by episode")
     try:
         stream = open(file, "rb")
     except OSError as error:

@@ -131,7 +131,7 @@ void EqualMetrics(const results::TaskComparison& task,
     parts.push_back(metric->number.label() + " " + ShownWithUnit(*metric->number.metric, metric->mean));
   }
   html->Element("p", {{"class", "note"}},
-                fmt::format("Metrics {}: {}.", results::EqualTitle(task), fmt::join(parts, ", ")));
+                fmt::format("Metrics {}: {}.", results::EqualTitle(task), fmt::join(parts, "; ")));
 }
 
 }  // namespace

@@ -97,7 +97,7 @@ void Constants(const std::vector<Distribution>& constant, Markup* html) {
     html->Text("Equal in all complete episodes that have the value: ");
     for (size_t i = 0; i < constant.size(); ++i) {
       const MetricNumber& number = constant[i].number;
-      html->Text((i == 0 ? "" : ", ") + number.label() + " ");
+      html->Text((i == 0 ? "" : "; ") + number.label() + " ");
       html->Text(WithUnit(Number(constant[i].low * number.scale()), constant[i].figure.unit));
     }
     html->Text(".");
@@ -171,6 +171,8 @@ void StatisticsTable(const RunSection& section) {
 
 void WriteDistributions(const RunSection& section) {
   const ReportRun& run = section.run;
+  // Without a complete episode, there are no metrics.
+  if (run.summary.metrics.empty()) return;
   Markup* html = section.html;
   std::vector<Distribution> varying, constant;
   for (const metrics::MetricSummary& metric : run.summary.metrics) {
@@ -193,7 +195,7 @@ void WriteDistributions(const RunSection& section) {
       Folded(figures, kHistogramsShown, "more distributions", "cards", html);
     }
     if (!constant.empty()) Constants(constant, html);
-    if (!run.summary.metrics.empty()) StatisticsTable(section);
+    StatisticsTable(section);
   });
 }
 

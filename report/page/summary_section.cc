@@ -39,18 +39,6 @@ std::string FailureSentence(const metrics::RunSummary& summary) {
   return text;
 }
 
-std::string IncompleteSentence(const ReportRun& run) {
-  std::string numbers;
-  int count = 0;
-  for (const results::RecordedEpisode& episode : run.run.episodes) {
-    if (episode.complete) continue;
-    numbers += fmt::format("{}{}", count++ == 0 ? "" : ", ", episode.episode);
-  }
-  if (count == 0) return "";
-  return fmt::format("{} not complete and excluded from every rate and statistic: {}.",
-                     count == 1 ? "1 episode is" : fmt::format("{} episodes are", count), numbers);
-}
-
 // Draws the most frequent failure reasons as bars.
 void FailureBars(const metrics::RunSummary& summary, Markup* html) {
   constexpr size_t kShown = 3;
@@ -181,10 +169,8 @@ void WriteSummary(const RunSection& section) {
   Markup* html = section.html;
   html->Element("p", {{"class", "verdict"}}, RateSentence(run.summary));
   if (const std::string text = FailureSentence(run.summary); !text.empty()) html->Element("p", {}, text);
-  if (const std::string text = IncompleteSentence(run); !text.empty()) {
-    html->Element("p", {{"class", "warning"}}, text);
-  }
-  for (const std::string& remark : run.remarks) html->Element("p", {{"class", "warning"}}, remark);
+  for (const std::string& remark : run.remarks)
+    html->Element("p", {{"class", "warning"}}, Capitalized(remark));
   for (const std::string& remark : run.image_remarks)
     html->Element("p", {{"class", "warning"}, {kUnchecked, ""}}, remark);
   for (const std::string& note : run.notes) html->Element("p", {}, note);

@@ -251,7 +251,10 @@ class EvaluateTest(unittest.TestCase):
         self.assert_fails(evalbus.ActionError, "an action of type bool, expected numbers", policy=lambda _: 16 * [True])
         self.assert_fails(evalbus.ActionError, 'dictionary without "actions": a$', policy=lambda _: {"a": np.zeros(16)})
         self.assert_fails(evalbus.ActionError, "an action that is not an array: ", policy=lambda _: [[1, 2], [3]])
-        self.assert_fails(evalbus.ActionError, "not finite: .nan", policy=lambda _: np.full(16, np.nan))
+        self.assert_fails(evalbus.ActionError, "not finite: value 0 is nan", policy=lambda _: np.full(16, np.nan))
+        late = np.zeros((2, 16))
+        late[1, 12] = np.inf
+        self.assert_fails(evalbus.ActionError, "not finite: value 12 of step 1 is inf", policy=lambda _: late)
         self.assert_fails(evalbus.ActionError, r"actions have the shape \(\)", policy=lambda _: 0.0)
         self.assert_fails(evalbus.ActionError, r"actions have the shape \(1, 0\)", policy=lambda _: [])
         self.assert_fails(

@@ -110,6 +110,11 @@ class LogTest(unittest.TestCase):
         with self.assertRaisesRegex(evalbus.InputError, "cut.zst: cannot be unpacked: "):
             evalbus.read_log(cut)
 
+    def test_a_number_is_no_log(self):
+        for read in (evalbus.read_log, lambda number: list(evalbus.events(number))):
+            with self.assertRaisesRegex(TypeError, "^expected the path of a log, got the number 0; Run.logs has"):
+                read(0)
+
     def test_what_the_documentation_does(self):
         names = {}
         exec(support.snippet("evalbus.read_run").replace("runs/expert", str(self.run_folder)), names)

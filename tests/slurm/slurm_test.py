@@ -109,7 +109,7 @@ class SlurmTest(unittest.TestCase):
                   for _ in range(2)]
         self.assertEqual([merge.wait(cluster.DEADLINE_S) for merge in merges], [0, 0])
         self.expect_equal(out)
-        self.assertIn("every shard exists", self.evalbus("run", str(out / "plan.json"), "--slurm", code=1))
+        self.assertIn("all episodes exist and are merged", self.evalbus("run", str(out / "plan.json"), "--slurm", code=1))
 
     def test_is_the_same_whatever_happens(self):
         out = self.folder / "faults"

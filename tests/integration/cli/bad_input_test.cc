@@ -235,7 +235,7 @@ TEST_F(BadInput, Replay) {
   ExpectRun(1, {"lift_pot", "--policy", "replay:/nowhere"}, {"/nowhere"});
   ExpectRun(1, {"lift_pot", "--policy", "replay"}, {"replay"});
   ExpectRun(1, {"lift_pot", "--policy", "replay:" + File("damaged.lcmlog", std::string(5000, 'x'))},
-            {"replay", "damaged.lcmlog is damaged"});
+            {"replay", "damaged.lcmlog: damaged: 5000 bytes"});
 }
 
 TEST_F(BadInput, Score) {

@@ -164,6 +164,13 @@ TEST_F(Outputs, ATrainingSetNeedsEveryActionAndTheEnd) {
   EXPECT_NE((replay.out + replay.err).find("has no action for tick 3"), std::string::npos)
       << replay.out << replay.err;
   refused(text.substr(0, end), "the end of the episode is missing");
+  const Result truncated =
+      RunProgram({"evalbus", "run", "lift_pot/position", "--policy", "replay:" + run_.string(), "--episodes",
+                  "1", "--in-process", "--out", work_ / "truncated"});
+  EXPECT_EQ(truncated.code, 1) << truncated.out;
+  EXPECT_NE(truncated.err.find(log.string() + ": the end of the episode is missing"), std::string::npos)
+      << truncated.err;
+  EXPECT_FALSE(fs::exists(work_ / "truncated"));
   WriteText(log, text);
 }
 

@@ -583,6 +583,16 @@ TEST(Plan, StatusShowsTheRateSinceTheFirstShard) {
                         fs::file_time_type::clock::now() - std::chrono::seconds(500));
   }
   run("2/3");
+  // Without an active process, the remaining time is unknown.
+  EXPECT_THAT(RunProgram({"evalbus", "status", out}).out,
+              AllOf(HasSubstr("8 of 12 episodes done"), Not(HasSubstr("episodes/s"))));
+  std::string marker;
+  for (const auto& entry : fs::directory_iterator(out / "parts")) {
+    const std::string name = entry.path().filename();
+    if (name.starts_with("hold+")) marker = ".expert" + name.substr(4) + ".host-1";
+  }
+  ASSERT_NE(marker, "");
+  WriteText(out / "parts" / marker, "");
   EXPECT_THAT(RunProgram({"evalbus", "status", out}).out,
               testing::ContainsRegex("; 0\\.00(8|7[0-9]*) episodes/s, about [89]:[0-9][0-9] min left"));
 }

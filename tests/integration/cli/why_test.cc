@@ -52,6 +52,18 @@ TEST_F(Why, ThePointOfNoReturnLeavesTheExpertItsTime) {
   EXPECT_EQ(RunProgram({"evalbus", "verify", still}).code, 0);
 }
 
+// A log that was cut off could show a false point of no return.
+TEST_F(Why, RefusesTruncatedLogs) {
+  const fs::path still = Run("hold"), log = LogFile(still, 0);
+  WriteText(log, ReadText(log).substr(0, 100'000));
+  const Result result = RunProgram({"evalbus", "why", still, "--failures"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.err, log.string() + ": damaged: ");
+  EXPECT_FALSE(fs::exists(still / "no_return.json"));
+  EXPECT_SAYS(RunProgram({"evalbus", "report", still, "-o", folder_.path() / "page.html"}).out,
+              "note: episode 0: " + log.string() + ": damaged: ");
+}
+
 TEST_F(Why, RefusesEpisodesThatDidNotFail) {
   const fs::path expert = Run("expert");
   const Result result = RunProgram({"evalbus", "why", expert, "--episode", "1"});

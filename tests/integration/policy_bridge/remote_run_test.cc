@@ -524,6 +524,20 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
       << result.out;
 
   Serve(Forward);
+  const std::string same_index = Contract();
+  text = ReadText(same_index);
+  WriteText(same_index, text.replace(text.find("index: 7"), 8, "index: 6"));
+  result = check(same_index);
+  EXPECT_EQ(result.code, 6) << result.out;
+  EXPECT_NE(result.out.find("the contract uses the value at index 6 more than once: is an index wrong?\n"),
+            std::string::npos)
+      << result.out;
+  const std::string trained = Contract();
+  WriteText(trained, "trained_on: nosuch\n" + ReadText(trained));
+  result = check(trained);
+  EXPECT_EQ(result.code, 1) << result.out;
+  EXPECT_NE(result.err.find("nosuch"), std::string::npos) << result.err;
+
   const std::string contract = Contract();
   server_->Stop();
   EXPECT_EQ(check(contract).code, 3);

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <memory>
 
+#include "base/errors.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus {
@@ -68,6 +69,23 @@ TEST(ScratchTest, OfKilledProcessesAreRemovedAndNoOthers) {
   Kill(alive);
   RemoveAbandonedScratch(folder.path());
   EXPECT_EQ(Entries(folder.path()), 3u);
+}
+
+TEST(ScratchTest, NamesTheVariableOfAMissingFolder) {
+  const char* const before = getenv("TMPDIR");
+  const std::string kept = before ? before : "";
+  setenv("TMPDIR", "/nonexistent", 1);
+  try {
+    const Scratch scratch;
+    ADD_FAILURE();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("(TMPDIR): /nonexistent: "), std::string::npos) << error.what();
+  }
+  if (before) {
+    setenv("TMPDIR", kept.c_str(), 1);
+  } else {
+    unsetenv("TMPDIR");
+  }
 }
 
 TEST(ScratchTest, ALockedOneIsInUseWhateverItsProcess) {

@@ -145,6 +145,31 @@ TEST_F(EpisodeReaderTest, AnEpisodeAfterItsEndIsAnotherOne) {
   EXPECT_THAT(Ticks(episodes[1].states), ElementsAre(0, 1));
 }
 
+TEST_F(EpisodeReaderTest, StatesWhyAnEpisodeIsNotWhole) {
+  Model("lift_pot");
+  Begin(0);
+  State(0, 0, 0);
+  Begin(1);
+  State(1, 0, 0);
+  End(1, 0, "time_limit");
+  episode_summary_t summary{};
+  summary.header = Header(1, 0, 0);
+  Write(channels::kEpisodeSummary, summary);
+  writer_.Close();
+  const auto reasons = [&] {
+    EpisodeReader reader(log_);
+    std::vector<EpisodeMessages> episodes;
+    for (EpisodeMessages episode; reader.Next(&episode);) episodes.push_back(episode);
+    std::vector<std::string> all = {reader.WhyNotWhole(nullptr)};
+    for (const EpisodeMessages& episode : episodes) all.push_back(reader.WhyNotWhole(&episode));
+    return all;
+  };
+  EXPECT_THAT(reasons(), ElementsAre("no episode in this log (MODEL and EPISODE_BEGIN)",
+                                     "the end of the episode is missing (EPISODE_END, EPISODE_SUMMARY)", ""));
+  fs::resize_file(log_, fs::file_size(log_) - 1);
+  EXPECT_THAT(reasons(), testing::Each(testing::StartsWith("damaged: ")));
+}
+
 TEST_F(EpisodeReaderTest, DamagedTimesAreIgnored) {
   Begin(0);
   State(0, 0, 0);

@@ -315,6 +315,8 @@ TEST_F(PlanTest, MistakesAreReportedAtTheirLocation) {
   EXPECT_THAT(
       ErrorOf(small + "options: {control_hertz: 20}\n"),
       HasSubstr(":3: key 'control_hertz': not an option of runs in a plan; did you mean 'control_hz'?"));
+  EXPECT_THAT(ErrorOf(small + "options: {seed: 5}\n"),
+              HasSubstr(":3: key 'seed': is a key of the plan itself: write it beside 'options', not in it"));
   EXPECT_THAT(ErrorOf(small + "options: {workers: 2}\n"), HasSubstr("not an option of runs in a plan"));
   EXPECT_THAT(ErrorOf(small + "options: {control_hz: 5000}\n"), HasSubstr(":3: key 'control_hz': "));
   EXPECT_THAT(ErrorOf(small + "options: {realtime: maybe}\n"), HasSubstr(":3: key 'realtime': "));

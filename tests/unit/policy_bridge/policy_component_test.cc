@@ -127,6 +127,12 @@ TEST_F(PolicyComponentTest, ReplaysALogAndARunFolder) {
   begin_attempt(1);
   write(0, 0.1);
   write(1, 0.2);
+  episode_end_t end{};
+  end.header = action.header;
+  writer.Write(channels::kEpisodeEnd, Encode(end), 0);
+  episode_summary_t summary{};
+  summary.header = action.header;
+  writer.Write(channels::kEpisodeSummary, Encode(summary), 0);
   writer.Close();
 
   PolicyComponent component(&bus_, {"replay:" + log.string()});

@@ -50,6 +50,28 @@ TEST(GateJunit, EachCriterionIsATestCase) {
   EXPECT_STREQ(one->FirstChildElement("failure")->Attribute("type"), "CANNOT TELL");
 }
 
+// The table and the sentence show the same digits.
+TEST(GateMarkdown, ShowsTheBoundsOfTheSentence) {
+  results::Gate gate = Example();
+  results::GateCriterion& success = gate.criteria[0];
+  success.pairs = 12;
+  success.baseline_mean = 100;
+  success.mean = 250 / 3.0;
+  success.mean_unit = "%";
+  success.loss = 50 / 3.0;
+  success.loss_lower = -14.37;
+  success.loss_upper = 43.81;
+  success.margin = 5;
+  success.unit = "points";
+  success.verdict = GateVerdict::kCannotTell;
+  EXPECT_THAT(GateMarkdown(gate),
+              HasSubstr("| CANNOT TELL | success | 100.0 % | 83.3 % | 16.67 points | -14.4 "
+                        "points to 43.9 points | 5 points | 12 |\n"));
+  EXPECT_THAT(WhyText(success),
+              HasSubstr("success 100.0 -> 83.3 % in 12 pairs: the loss is between -14.4 points "
+                        "and 43.9 points "));
+}
+
 TEST(GateMarkdown, IsATableWithEscapedNames) {
   const std::string text = GateMarkdown(Example());
   EXPECT_TRUE(text.starts_with("### FAIL: new\\_&lt;b\\> against old\n\nslips 0.1 -\\> 0.9\n\n")) << text;

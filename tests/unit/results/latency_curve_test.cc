@@ -92,7 +92,7 @@ TEST_F(DelayHeadlineTest, NamesTheDelaysThatCostSuccess) {
       Lines(),
       testing::ElementsAre(
           "Success is lower with 300 ms (20 %) than with 0 ms (80 %); not shown to differ with 100 ms.",
-          "Test: exact McNemar on equal seeds, p adjusted with Holm's method for 2 delays."));
+          "Test: exact McNemar on equal seeds, p adjusted with Holm's method for 2 comparisons."));
 }
 
 TEST_F(DelayHeadlineTest, HasALineForEachExecutionMode) {
@@ -104,7 +104,7 @@ TEST_F(DelayHeadlineTest, HasALineForEachExecutionMode) {
               testing::ElementsAre(
                   "synchronous: success is not shown to depend on the delay: 75 to 80 % with 0 to 100 ms.",
                   "rtc: success is not shown to depend on the delay: 80 % with 0 to 100 ms.",
-                  "Test: exact McNemar on equal seeds, p adjusted with Holm's method for 2 delays."));
+                  "Test: exact McNemar on equal seeds, p adjusted with Holm's method for 2 comparisons."));
 }
 
 TEST_F(DelayHeadlineTest, OneDelayIsComparedWithNothing) {

@@ -194,9 +194,9 @@ TEST_F(PolicyNotesTest, PoolsTheCallsOfAllEpisodes) {
             "Its server was called 3 times: 20 ms median, 1.5 s 99th percentile, 1.5 s longest; 2 ms median "
             "as reported by the server; the robot held its last command for 3 ticks.");
   // These numbers are means of the episodes' metrics.
-  EXPECT_EQ(
-      notes[3],
-      "45.0 new actions per second; 10.0 % of the ticks had none; an action was 100 ms old on average.");
+  EXPECT_EQ(notes[3],
+            "45.0 new actions per second; 10.0 % of the ticks had none and held the last command; an action "
+            "was 100 ms old on average.");
 }
 
 // On a real-time clock the policy was called only twice; the answer for tick 0 was executed at tick 8.

@@ -1,9 +1,11 @@
 #include "results/run_reader.h"
 
 #include <fmt/format.h>
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "base/errors.h"
+#include "base/run_layout.h"
+#include "base/write_whole.h"
 #include "results/run_folder.h"
 #include "tests/unit/results/run_folders.h"
 #include "tests/unit/temporary_folder.h"
@@ -116,6 +118,10 @@ TEST_F(RunReaderTest, ChosenEpisodesAreAllOfARun) {
   EXPECT_EQ(ReadRun(run_).Remarks(), std::vector<std::string>{});
   WriteRun(run_, info, {EpisodeLine(1)});
   EXPECT_EQ(ReadRun(run_).Remarks(), std::vector<std::string>{"1 of 2 episodes have finished"});
+  // A collection keeps fewer episodes than it tries.
+  WriteWhole(run_ / kCollectJson, "{}");
+  EXPECT_THAT(ReadRun(run_).Remarks(),
+              testing::ElementsAre(testing::StartsWith("collected demonstrations: ")));
 }
 
 TEST_F(RunReaderTest, InvalidEpisodesAreCountedForThemselves) {

@@ -140,7 +140,7 @@ TEST(SummaryTable, FoldsMetricsThatAreEqualInEveryEpisode) {
   summary.metrics.push_back({"self_collision_count", 2, 3, 0, 3, 3, 3, 3, 3, {nan, nan}});
   const std::string table = SummaryTable(summary, 80);
   EXPECT_TRUE(
-      Has(table, "mm\nequal in every episode: collisions with the scene 0, self collisions 3\nnot shown "))
+      Has(table, "mm\nequal in every episode: collisions with the scene 0; self collisions 3\nnot shown "))
       << table;
   summary.metrics.back().episodes = 1;
   EXPECT_TRUE(Has(SummaryTable(summary, 80), "\nself collisions  ")) << SummaryTable(summary, 80);

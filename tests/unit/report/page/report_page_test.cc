@@ -214,7 +214,7 @@ TEST(ReportPage, ARealtimeRunListsItsTimes) {
                 {"action_latency", times(0.00031)},
                 {"partial_latency", times(0.0002)}};
   const std::string html = PageOf({run});
-  EXPECT_THAT(html, HasSubstr("Of 50 ticks, 1 had no action in time"));
+  EXPECT_THAT(html, HasSubstr("Of 50 ticks, 1 had no message from the policy process in time"));
   const Page page(html);
   const XMLElement* table = page.ById("times");
   ASSERT_NE(table, nullptr);
@@ -470,9 +470,12 @@ TEST(ReportPage, RunWithoutACompleteEpisodeHasNoRate) {
   run.summary.complete = run.summary.judged = run.summary.successes = 0;
   run.summary.success_rate = std::nan("");
   run.summary.metrics.clear();
+  run.remarks = {"invalid and excluded from all rates"};
   const std::string html = PageOf({run});
   const Page page(html);
   EXPECT_THAT(html, HasSubstr("no success rate"));
+  EXPECT_THAT(html, HasSubstr(">Invalid and excluded from all rates<"));
+  EXPECT_THAT(html, Not(HasSubstr("Distributions")));
   EXPECT_THAT(html, Not(HasSubstr("nan")));
 }
 
