@@ -41,7 +41,13 @@ T Get(const nlohmann::json& json, const char* key, T otherwise) {
     }
     throw InputError(folder.string() + ": not a run folder: it has no valid run.json");
   }
-  const int64_t finished = CountLines(folder / kEpisodesJsonl), planned = Get<int64_t>(run, "episodes", 0);
+  const int64_t finished = CountLines(folder / kEpisodesJsonl), all = Get<int64_t>(run, "episodes", 0);
+  const auto only = run.find("only");
+  const bool is_part = only != run.end() && only->is_array() && !only->empty();
+  // A finished collection contains only its successes.
+  const int64_t planned = fs::exists(folder / kCollectJson) ? finished
+                          : is_part                         ? static_cast<int64_t>(only->size())
+                                                            : all;
   if (finished < planned && Get(run, "in_process", false)) {
     throw InputError(
         folder.string() +

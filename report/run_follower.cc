@@ -85,11 +85,8 @@ bool RunFollower::ReadLines() {
 bool RunFollower::IsFinished() const {
   if (next_waiting_ < waiting_.size() || !fs::exists(folder_ / kSummaryJson)) return false;
   if (!info_) return true;
-  // The results decide when a run of a plan with `until` ends, and the operator may end `evalbus watch`.
-  const auto until = info_->info.find("until"), watch = info_->info.find("watch");
-  const bool may_end_early =
-      (until != info_->info.end() && *until != "") || (watch != info_->info.end() && *watch == true);
-  return may_end_early || std::cmp_greater_equal(hashes_.size(), info_->num_planned());
+  return info_->may_end_early() || info_->is_collection() ||
+         std::cmp_greater_equal(hashes_.size(), info_->num_planned());
 }
 
 RunFollower::News RunFollower::Update() {

@@ -39,8 +39,8 @@ class RunFollower {
   const std::map<int, std::string>& stage_names() const { return stage_names_; }
   // Returns the numbers of the run as of the last Update().
   const viz::RunNumbers& numbers() const { return numbers_; }
-  // Returns true if summary.json exists, all lines have been read, and no planned episode is missing. A run
-  // that was interrupted also has a summary.
+  // Returns true if summary.json exists, all lines have been read, and no planned episode is missing, unless
+  // the run may end early or is a collection. A run that was interrupted also has a summary.
   bool is_over() const { return numbers_.is_over; }
   // Returns a description of an error in the run's files in one line; empty if there is none.
   const std::string& error() const { return error_; }

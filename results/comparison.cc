@@ -586,14 +586,17 @@ Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline,
   const auto is_compared = [](const TaskComparison& task) {
     return task.success.trials > 0 && task.success.baseline_trials > 0;
   };
-  const bool any_compared = std::ranges::any_of(result.tasks, is_compared);
+  const auto is_excluded = [&](const TaskComparison& task) {
+    return result.tasks.size() > 1 && !is_compared(task);
+  };
+  const bool any_counts = !std::ranges::all_of(result.tasks, is_excluded);
   result.success.paired = std::ranges::all_of(result.tasks, [&](const TaskComparison& task) {
-    return task.paired || (any_compared && !is_compared(task));
+    return task.paired || (any_counts && is_excluded(task));
   });
   std::vector<SuccessComparison*> family;
   for (TaskComparison& task : result.tasks) {
     family.push_back(&task.success);
-    if (any_compared && !is_compared(task)) {
+    if (is_excluded(task)) {
       task_remarks.Add(task.name(), "excluded from the rates over all tasks: no verdicts to compare");
       continue;
     }

@@ -82,6 +82,12 @@ bool HasComplete(const Comparison& comparison, int TaskComparison::*count) {
                              [count](const TaskComparison& task) { return task.*count > 0; });
 }
 
+// Returns true if some task has episodes with a verdict on the side whose trials are given.
+bool HasVerdicts(const Comparison& comparison, int SuccessCounts::*trials) {
+  return std::ranges::any_of(comparison.tasks,
+                             [trials](const TaskComparison& task) { return task.success.*trials > 0; });
+}
+
 }  // namespace
 
 std::string Enumerated(const std::vector<std::string>& names) {
@@ -135,6 +141,9 @@ std::string Headline(const Comparison& comparison) {
   const SuccessComparison& success = comparison.success;
   const std::string &run = comparison.run.name, &baseline = comparison.baseline.name;
   if (success.trials == 0 || success.baseline_trials == 0) {
+    if (HasVerdicts(comparison, &SuccessCounts::trials) &&
+        HasVerdicts(comparison, &SuccessCounts::baseline_trials))
+      return "No conclusion: no task has episodes with a verdict on both sides";
     if (success.paired) return "No conclusion: no pair of episodes has a verdict on both sides";
     const auto side = success.trials == 0 ? &TaskComparison::complete : &TaskComparison::baseline_complete;
     return fmt::format("No conclusion: {} has no complete episode{}", success.trials == 0 ? run : baseline,
@@ -164,7 +173,8 @@ std::string Headline(const std::vector<Comparison>& comparisons) {
   for (const Comparison& comparison : comparisons) {
     const SuccessComparison& success = comparison.success;
     // If paired, both sides have the same number of trials, so this does not concern the baseline alone.
-    if (success.baseline_trials == 0 && !success.paired) return Headline(comparison);
+    if (!HasVerdicts(comparison, &SuccessCounts::baseline_trials) && !success.paired)
+      return Headline(comparison);
     if (success.trials > 0) continue;
     const bool has_complete = HasComplete(comparison, &TaskComparison::complete);
     (has_complete ? without_verdict : without_episode).push_back(comparison.run.name);

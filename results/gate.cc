@@ -21,7 +21,7 @@ void CheckUsable(const RecordedRuns& runs) {
   for (const RecordedRun& run : runs.runs) {
     const auto refuse = [&](const std::string& why) { throw InputError(run.folder.string() + ": " + why); };
     if (!run.is_simulated()) refuse("not simulated by evalbus: a gate requires equal starts");
-    if (std::filesystem::exists(run.folder / kCollectJson))
+    if (run.is_collection())
       refuse("collected demonstrations: only successes were kept, so a gate cannot use them");
     if (const std::string until = run.info.value("until", ""); !until.empty()) {
       refuse(

@@ -259,6 +259,11 @@ metrics::RunStatistics RecordedRun::Statistics() const {
 
 bool RecordedRun::is_collection() const { return std::filesystem::exists(folder / kCollectJson); }
 
+bool RecordedRun::may_end_early() const {
+  const auto until = info.find("until"), watch = info.find("watch");
+  return (until != info.end() && *until != "") || (watch != info.end() && *watch == true);
+}
+
 std::vector<std::string> RecordedRun::Remarks() const {
   std::vector<std::string> remarks;
   const size_t finished = episodes.size();

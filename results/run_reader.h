@@ -99,6 +99,9 @@ struct RecordedRun {
   int num_planned() const;
   // Returns true if `evalbus collect` has finished this run and kept only its successes.
   bool is_collection() const;
+  // Returns true if the run may end before all planned episodes: the results decide when a run of a plan with
+  // `until` ends, and the operator may end `evalbus watch`.
+  bool may_end_early() const;
   std::vector<int> incomplete() const;  // without invalid ones
   std::vector<int> invalid() const;
   metrics::RunStatistics Statistics() const;

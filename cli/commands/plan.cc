@@ -96,11 +96,12 @@ void Show(const Plan& plan, bool probe) {
   if (found.episodes > 0) {
     const double logs = found.bytes_per_episode * static_cast<double>(all);
     const double models = found.bytes_per_run * runs;
-    // Each policy has a report, and each policy except the baseline a comparison.
-    const size_t pages = 2 * plan.policies.size() - 1;
+    // The plan and each policy have a report, and each policy except the baseline has a comparison.
+    const size_t pages = 2 * plan.policies.size();
     fmt::print(
         "time      {}{} on one core, without videos and pages ({:.2g} s per episode, measured with {})\n"
-        "disk      {}{}: logs {} ({} per episode), models {} ({} per run); also {} of at most {:g} MB each\n",
+        "disk      {}{}: logs {} ({} per episode), other files {} ({} per run); also {} of at most {:g} MB "
+        "each\n",
         least, results::FormatDuration(found.seconds_per_episode * static_cast<double>(all)),
         found.seconds_per_episode, found.episodes, least, Size(logs + models), Size(logs),
         Size(found.bytes_per_episode), Size(models), Size(found.bytes_per_run), Plural(pages, "page"),

@@ -22,8 +22,8 @@ constexpr double kLifted = 0.01;
 // A gripper whose wrist is farther from an object than this (m) did not come to grasp it.
 constexpr double kReach = 0.4;
 // A contact is a collision if the arm presses for kPressed (s), or if it pushes an object that it should hold
-// by CauseCollisions::kPushed (m). If the torques are unknown, touching the scene for kTouched (s) is also a
-// collision.
+// by CauseCollisions::kPushed (m). If the torques are unknown, touching the scene or another arm for
+// kTouched (s) is also a collision.
 constexpr double kPressed = 0.5, kTouched = 1;
 // A robot has stalled if it is at rest for the last kLastShare of the episode, and for at least kStill (s),
 // and made progress at most kPatience (s) before it came to rest. Otherwise, if it made progress within the
@@ -351,6 +351,7 @@ void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<Ca
     for (size_t k = 0; k < config_.grippers.size(); ++k) {
       const Approach& approach = closings_.approach(o, k);
       if (!approach.left || !approach.is_nearest_object || approach.distance > kReach ||
+          approach.distance > approach.first_distance - Closings::kNear ||
           approach.closed_distance <= approach.distance + Closings::kNear)
         continue;
       EmptyClosing missing{

@@ -30,6 +30,7 @@ struct Approach {
   double closed_distance = INFINITY;
   // No other object was nearer to the wrist.
   bool is_nearest_object = false;
+  double first_distance = INFINITY;  // m, in the reset state
   // Afterwards, the wrist moved away by more than Closings::kNear while the object moved by less than
   // kStayed.
   bool left = false;
@@ -113,11 +114,15 @@ class Closings {
                     .tick = sample.tick,
                     .closed_distance = approach.closed_distance,
                     .is_nearest_object = is_nearest_object,
+                    .first_distance = std::isinf(approach.distance) ? distance : approach.first_distance,
                     .object = sample.object[object]};
       }
       const auto &now = sample.object[object], &then = approach.object;
       const double moved = std::hypot(now[0] - then[0], now[1] - then[1], now[2] - then[2]);
-      if (distance <= approach.distance + kThere) approach.tick = sample.tick;
+      if (distance <= approach.distance + kThere) {
+        approach.tick = sample.tick;
+        approach.left = false;
+      }
       approach.left |= distance > approach.distance + kNear && moved < kStayed;
     }
   }

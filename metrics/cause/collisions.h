@@ -24,7 +24,8 @@ struct ArmTouch {
   double displacement = 0;
   // Last tick of the contact at which the object had moved by less than CauseCollisions::kMoved.
   int64_t push_tick = 0;
-  // The arm was not at rest at some tick at which the object had moved by less than CauseCollisions::kPushed.
+  // The arm was not at rest at the first tick; for an object, at some tick at which the object had moved by
+  // less than CauseCollisions::kPushed.
   bool is_active = false;
   // Largest distance (m) of the arm's wrist from where it was at the first tick.
   double wrist_travel = 0;
@@ -65,7 +66,8 @@ class CauseCollisions {
       ArmTouch& touch = Current(contact, sample, object);
       touch.last_tick = sample.tick;
       touch.pressed_ticks += Presses(sample, contact.arm);
-      if (touch.displacement < kPushed) touch.is_active |= !resting[contact.arm];
+      const bool is_first = touch.first_tick == sample.tick;
+      if (object >= 0 ? touch.displacement < kPushed : is_first) touch.is_active |= !resting[contact.arm];
       if (object >= 0) {
         touch.displacement = std::max(touch.displacement, Distance(sample.object[object], touch.start));
         touch.wrist_travel =

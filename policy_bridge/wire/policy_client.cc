@@ -24,7 +24,9 @@ std::string Summary(const std::string& text) {
   std::string summary, last;
   bool is_first = true;
   for (std::string line; std::getline(lines, line); is_first = false) {
-    const std::string trimmed = Trimmed(line);
+    // Carriage returns separate the states of a progress bar.
+    const std::string whole = Trimmed(line);
+    const std::string trimmed = Trimmed(whole.substr(whole.rfind('\r') + 1));
     if (trimmed.empty()) continue;
     last = trimmed;
     // The frames of the traceback are indented.

@@ -182,6 +182,8 @@ def check_finished(run: Run) -> None:
     """Raises InputError if the run was interrupted, or has no success rate. An interrupted run has a summary, too."""
     if run.summary is None or run.summary.success_rate is None:
         raise InputError(f"{run.folder}: the run is not finished, or has no complete episode")
+    if (run.folder / "collect.json").exists():
+        raise InputError(f"{run.folder}: collected demonstrations: only successes were kept, so their rate is not the policy's")
     # The results decide when a run of a plan with `until` ends, and the operator may end `evalbus watch`.
     if run.options.get("until") or run.options.get("watch"):
         return

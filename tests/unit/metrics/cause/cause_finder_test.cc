@@ -485,6 +485,29 @@ TEST_F(CauseFinderTest, AGripperThatStaysAtTheObjectMayStillClose) {
   EXPECT_EQ(Find().kind, "missed_condition") << Find().text;
 }
 
+TEST_F(CauseFinderTest, AGripperThatReturnsToTheObjectMayStillClose) {
+  Move(10);
+  wrist_[kRight][0] = 0.6;
+  Move(5);
+  wrist_[kRight][0] = 0.8;
+  Move(5);
+  wrist_[kRight][0] = 0.6;
+  Move(300);
+  EXPECT_EQ(Find().kind, "missed_condition") << Find().text;
+}
+
+// The hand is near the object at the start and only moves away.
+TEST_F(CauseFinderTest, AGripperThatNeverApproachedTheObjectDidNotComeToIt) {
+  dut_.Start();
+  tick_ = -1;
+  wrist_[kRight][0] = 0.8;
+  Tick();
+  Move(10);
+  wrist_[kRight][0] = 1;
+  Move(300);
+  EXPECT_EQ(Find().kind, "missed_condition") << Find().text;
+}
+
 TEST_F(CauseFinderTest, AGripperThatPassesFarFromTheObjectDidNotComeToIt) {
   Move(10);
   wrist_[kRight][0] = 0.95;
