@@ -279,14 +279,20 @@ std::string AddViewer(const std::vector<int>& episodes, size_t most, const PageL
   LinkMoments([](int, int) { return true; }, report);
   pack.Pack(wanted, ReportPage(*report).size(), most);
   for (const std::string& remark : pack.remarks()) report->viewer_remarks.push_back(remark);
+  constexpr int kMaxLogRemarks = 3;
+  int damaged = 0;
   for (size_t k = 0; k < report->runs.size(); ++k) {
     const results::RecordedRun& run = report->runs[k].run;
     for (const results::RecordedEpisode& episode : run.episodes) {
       // Logs of invalid episodes may be incomplete.
       if (!episode.complete || !pack.has(static_cast<int>(k), episode.episode)) continue;
       const std::string remark = LogRemark(run, episode.episode);
-      if (!remark.empty()) report->viewer_remarks.push_back(remark);
+      if (!remark.empty() && ++damaged <= kMaxLogRemarks) report->viewer_remarks.push_back(remark);
     }
+  }
+  if (damaged > kMaxLogRemarks) {
+    report->viewer_remarks.push_back(
+        fmt::format("{} more logs are damaged or incomplete", damaged - kMaxLogRemarks));
   }
   report->viewer = pack.Viewer();
   LinkMoments([&](int run, int episode) { return pack.has(run, episode); }, report);

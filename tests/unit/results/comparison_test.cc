@@ -793,6 +793,18 @@ TEST_F(CompareTest, RatesOverAllTasksCoverOnlyTasksThatBothSidesHave) {
   EXPECT_THAT(result.remarks, Not(Contains(testing::HasSubstr("no seed in common"))));
 }
 
+TEST_F(CompareTest, VerdictsOfDifferentTasksAreNotCompared) {
+  RecordedRuns a = Suite(Run("a", Info(50), First(0, 50), 5), Run("c", Info(50), First(50, 50), 5));
+  RecordedRuns b = Suite(Run("b", Info(50), First(0, 50), 5), Run("d", Info(50), First(0, 50), 5));
+  for (RecordedRun* run : {&a.runs[0], &b.runs[1]}) {
+    for (RecordedEpisode& episode : run->episodes) episode.complete = episode.result.complete = false;
+  }
+  const Comparison result = CompareRuns(b, a);
+  EXPECT_EQ(result.success.trials, 0);
+  EXPECT_EQ(result.success.baseline_trials, 0);
+  EXPECT_EQ(Headline(result), "No conclusion: no task has episodes with a verdict on both sides");
+}
+
 TEST_F(CompareTest, RatiosAreOmittedIfNoMetricOfEffortIsChosen) {
   const RecordedRuns a = Run("a", Info(6), First(6, 6), 5), b = Run("b", Info(6), First(6, 6), 6);
   EXPECT_THAT(ComparisonText(CompareAll({b}, a)[0], true), testing::HasSubstr("Effort relative to a"));
