@@ -523,13 +523,20 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
             std::string::npos)
       << result.out;
 
-  Serve(Forward);
+  // Both grippers use one value, and another value is left.
+  Serve([](const Value&) -> Value {
+    return Map{{"actions", FloatArray(std::vector<double>(16 * kSteps, 0), {kSteps, 16})}};
+  });
   const std::string same_index = Contract();
   text = ReadText(same_index);
-  WriteText(same_index, text.replace(text.find("index: 7"), 8, "index: 6"));
+  text.replace(text.find("values: 8"), 9, "values: 16");
+  text.replace(text.find("gripper: {index: 7"), 18, "gripper: {index: 14");
+  text.replace(text.find("}}]"), 3,
+               "}}, {arm: right, indices: 7-13, gripper: {index: 14, open: 0, closed: 1}}]");
+  WriteText(same_index, text);
   result = check(same_index);
-  EXPECT_EQ(result.code, 6) << result.out;
-  EXPECT_NE(result.out.find("the contract uses the value at index 6 more than once: is an index wrong?\n"),
+  EXPECT_EQ(result.code, 6) << result.out << result.err;
+  EXPECT_NE(result.out.find("the contract uses the value at index 14 more than once: is an index wrong?\n"),
             std::string::npos)
       << result.out;
   const std::string trained = Contract();

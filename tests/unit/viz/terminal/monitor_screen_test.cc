@@ -178,7 +178,7 @@ TEST_F(MonitorScreenTest, WhatWasCountedIsShownWhereThereIsNoRoomForAll) {
   partial.header.tick = 2;
   partial.extended.action_clips = kUnavailableCount;
   Publish(channels::kPartial, partial);
-  EXPECT_NE(All(120, 40).find("  - action clips"), std::string::npos) << All(120, 40);
+  EXPECT_NE(All(240, 40).find("  - action clips"), std::string::npos) << All(240, 40);
 }
 
 TEST_F(MonitorScreenTest, UntrackedMetricsAreAbsent) {
