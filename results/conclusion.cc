@@ -76,7 +76,7 @@ std::string TasksThatDiffer(const Comparison& comparison) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
-// True if a side has complete episodes, with or without a verdict. count: the side's number of them.
+// Returns true if a side has complete episodes, with or without a verdict. count: their number on this side.
 bool HasComplete(const Comparison& comparison, int TaskComparison::*count) {
   return std::ranges::any_of(comparison.tasks,
                              [count](const TaskComparison& task) { return task.*count > 0; });

@@ -95,7 +95,7 @@ void Show(const Plan& plan, bool probe) {
   const plans::Probe found = plans::ProbePlan(plan, kProbes);
   if (found.episodes > 0) {
     const double logs = found.bytes_per_episode * static_cast<double>(all);
-    const double models = found.bytes_per_run * runs;
+    const double others = found.bytes_per_run * runs;
     // The plan and each policy have a report, and each policy except the baseline has a comparison.
     const size_t pages = 2 * plan.policies.size();
     fmt::print(
@@ -103,8 +103,8 @@ void Show(const Plan& plan, bool probe) {
         "disk      {}{}: logs {} ({} per episode), other files {} ({} per run); also {} of at most {:g} MB "
         "each\n",
         least, results::FormatDuration(found.seconds_per_episode * static_cast<double>(all)),
-        found.seconds_per_episode, found.episodes, least, Size(logs + models), Size(logs),
-        Size(found.bytes_per_episode), Size(models), Size(found.bytes_per_run), Plural(pages, "page"),
+        found.seconds_per_episode, found.episodes, least, Size(logs + others), Size(logs),
+        Size(found.bytes_per_episode), Size(others), Size(found.bytes_per_run), Plural(pages, "page"),
         report::kPageMegabytes);
   }
   if (!found.problem.empty()) fmt::print("problem   {}\n", Printable(found.problem));

@@ -31,7 +31,7 @@ constexpr double kPressed = 0.5, kTouched = 1;
 // kStill, the cause is the stall.
 constexpr double kLastShare = 0.2, kStill = 2, kPatience = 1.5;
 // An arm follows its commands with a delay, and is at rest this long (s) after they no longer change.
-constexpr double kSettled = 0.5;
+constexpr double kCommandLag = 0.5;
 // A robot is slow if no joint ever moves faster than this, rad/s.
 constexpr double kSlow = 0.25;
 
@@ -157,7 +157,7 @@ void CauseFinder::Add(const CauseSample& sample, std::span<const uint8_t> stage_
     if (!hold.is_over) held_[hold.object * config_.arms.size() + config_.gripper_arm[hold.gripper]] = 1;
   }
   for (size_t arm = 0; arm < arm_rest_.size(); ++arm)
-    resting_[arm] = sample.tick - arm_rest_[arm].since() >= Ticks(kSettled);
+    resting_[arm] = sample.tick - arm_rest_[arm].since() >= Ticks(kCommandLag);
   collisions_.Add(sample, held_, resting_);
   for (size_t o = 0; o < height_.size(); ++o) height_[o] = sample.object[o][2];
   stage_tick_.resize(stage_reached.size(), -1);
@@ -310,36 +310,38 @@ void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMo
   }
 }
 
-// Returns whether a gripper that closed on nothing should have grasped the object.
-bool CauseFinder::IsMiss(const EmptyClosing& closing, const std::vector<Unmet>& unmet, size_t object) const {
+// Returns whether a gripper that closed on nothing at this tick, at this distance (m) from the object, or
+// that did not close there, should have grasped the object.
+bool CauseFinder::IsMiss(int gripper, int64_t tick, double distance, const std::vector<Unmet>& unmet,
+                         size_t object) const {
   const auto index = static_cast<int>(object);
   constexpr double kNear = Closings::kNear;
-  if (closing.distance[object] > closings_.approach(object, closing.gripper).distance + kNear) return false;
+  if (distance > closings_.approach(object, gripper).distance + kNear) return false;
   // In a handover, the gripper that came nearer should have grasped the object first.
   bool is_of_another = false;
   for (size_t k = 0; k < config_.grippers.size() && AsksForHold(object, "other"); ++k)
-    is_of_another |= closings_.approach(object, k).distance + kNear < closing.distance[object];
+    is_of_another |= closings_.approach(object, k).distance + kNear < distance;
   for (const Unmet& u : unmet) {
     if (!IsOfHold(*u.condition) || IsNegated(*u.condition) || !IsOf(u.condition->subject, object)) continue;
     const std::string& asked = u.condition->other;
-    if (!IsAnyGripper(asked) && asked != config_.grippers[closing.gripper]) continue;
+    if (!IsAnyGripper(asked) && asked != config_.grippers[gripper]) continue;
     // "other" stands for a handover. If no gripper held the object when this gripper closed, the object had
     // been lost before the handover, so this gripper did not miss it.
-    if (asked == "other" && !IsHeldAt(closing.tick, index)) continue;
+    if (asked == "other" && !IsHeldAt(tick, index)) continue;
     const bool by_any = asked == "any" || asked == "first";
     if (by_any && is_of_another) continue;
-    if (!HeldAfter(asked == "other" ? -1 : closing.tick, index, by_any ? -1 : closing.gripper)) return true;
+    if (!HeldAfter(asked == "other" ? -1 : tick, index, by_any ? -1 : gripper)) return true;
   }
   // A single touch satisfies a condition that a gripper holds the object. The later conditions need a grasp.
-  if (!IsAboutAny(unmet, object) || IsTouchedAtEnd(index, closing.gripper)) return false;
-  if (AsksForHold(object, config_.grippers[closing.gripper])) return !HeldAfter(-1, index, closing.gripper);
+  if (!IsAboutAny(unmet, object) || IsTouchedAtEnd(index, gripper)) return false;
+  if (AsksForHold(object, config_.grippers[gripper])) return !HeldAfter(-1, index, gripper);
   return AsksForLift(object) && !is_of_another && !HeldAfter(-1, index, -1);
 }
 
 void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const {
   for (const EmptyClosing& closing : closings_.closings()) {
     for (size_t o = 0; o < config_.objects.size(); ++o) {
-      if (!IsMiss(closing, unmet, o)) continue;
+      if (!IsMiss(closing.gripper, closing.tick, closing.distance[o], unmet, o)) continue;
       moments->push_back({.kind = cause_kind::kEmptyGrasp,
                           .tick = closing.tick,
                           .gripper = closing.gripper,
@@ -354,14 +356,11 @@ void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<Ca
           approach.distance > approach.first_distance - Closings::kNear ||
           approach.closed_distance <= approach.distance + Closings::kNear)
         continue;
-      EmptyClosing missing{
-          .gripper = static_cast<int>(k), .tick = approach.tick, .distance = {}, .touches = {}};
-      missing.distance.resize(config_.objects.size(), INFINITY);
-      missing.distance[o] = approach.distance;
-      if (!IsMiss(missing, unmet, o)) continue;
+      const auto gripper = static_cast<int>(k);
+      if (!IsMiss(gripper, approach.tick, approach.distance, unmet, o)) continue;
       moments->push_back({.kind = cause_kind::kEmptyGrasp,
                           .tick = approach.tick,
-                          .gripper = missing.gripper,
+                          .gripper = gripper,
                           .object = static_cast<int>(o),
                           .stayed_open = true});
     }

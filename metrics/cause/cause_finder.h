@@ -120,7 +120,8 @@ class CauseFinder {
   bool IsPullBeforeLift(const CauseHold& pull) const;
   bool IsMadeGood(const CauseHold& lost) const;
   void AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
-  bool IsMiss(const EmptyClosing& closing, const std::vector<Unmet>& unmet, size_t object) const;
+  bool IsMiss(int gripper, int64_t tick, double distance, const std::vector<Unmet>& unmet,
+              size_t object) const;
   void AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
   bool WasJustHeld(const ArmTouch& touch) const;
   bool IsTouchOfGrasp(const ArmTouch& touch) const;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -50,5 +51,10 @@ struct CauseSample {
   std::span<const double> torque;        // N m, by joint; empty if unknown
   std::span<const ArmContact> contacts;  // each pair once
 };
+
+// Returns the distance of two points, m.
+inline double DistanceOfPoints(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
 
 }  // namespace evalbus::metrics

@@ -110,26 +110,22 @@ class Closings {
         bool is_nearest_object = true;
         for (size_t other = 0; other < sample.object.size(); ++other)
           is_nearest_object &= Distance(sample, other, gripper) >= distance;
-        approach = {.distance = distance,
-                    .tick = sample.tick,
-                    .closed_distance = approach.closed_distance,
-                    .is_nearest_object = is_nearest_object,
-                    .first_distance = std::isinf(approach.distance) ? distance : approach.first_distance,
-                    .object = sample.object[object]};
+        if (std::isinf(approach.first_distance)) approach.first_distance = distance;
+        approach.distance = distance;
+        approach.is_nearest_object = is_nearest_object;
+        approach.object = sample.object[object];
       }
-      const auto &now = sample.object[object], &then = approach.object;
-      const double moved = std::hypot(now[0] - then[0], now[1] - then[1], now[2] - then[2]);
       if (distance <= approach.distance + kThere) {
         approach.tick = sample.tick;
         approach.left = false;
       }
-      approach.left |= distance > approach.distance + kNear && moved < kStayed;
+      approach.left |= distance > approach.distance + kNear &&
+                       DistanceOfPoints(sample.object[object], approach.object) < kStayed;
     }
   }
 
   double Distance(const CauseSample& sample, size_t object, size_t gripper) const {
-    const auto &a = sample.object[object], &b = sample.wrist[arm_[gripper]];
-    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+    return DistanceOfPoints(sample.object[object], sample.wrist[arm_[gripper]]);
   }
 
   std::vector<int> arm_;  // by gripper

@@ -69,9 +69,10 @@ class CauseCollisions {
       const bool is_first = touch.first_tick == sample.tick;
       if (object >= 0 ? touch.displacement < kPushed : is_first) touch.is_active |= !resting[contact.arm];
       if (object >= 0) {
-        touch.displacement = std::max(touch.displacement, Distance(sample.object[object], touch.start));
+        touch.displacement =
+            std::max(touch.displacement, DistanceOfPoints(sample.object[object], touch.start));
         touch.wrist_travel =
-            std::max(touch.wrist_travel, Distance(sample.wrist[contact.arm], touch.wrist_start));
+            std::max(touch.wrist_travel, DistanceOfPoints(sample.wrist[contact.arm], touch.wrist_start));
         if (touch.displacement < kMoved) touch.push_tick = sample.tick;
       }
     }
@@ -94,10 +95,6 @@ class CauseCollisions {
   }
 
  private:
-  static double Distance(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-  }
-
   struct Range {
     double low = 0, high = 0;  // N m
   };
