@@ -47,4 +47,9 @@ Realtime RealtimeAllowed() {
   return {(WEXITSTATUS(status) & 1) != 0, (WEXITSTATUS(status) & 2) != 0};
 }
 
+void LowerPriority() {
+  constexpr int kNice = 10;
+  if (getpriority(PRIO_PROCESS, 0) < kNice) setpriority(PRIO_PROCESS, 0, kNice);
+}
+
 }  // namespace evalbus

@@ -1,13 +1,12 @@
 // evalbus-viz publishes live images of a run or a replay. If the first argument is --answer-image-requests,
 // it is the component "cameras" of a run instead, and accepts the common component options from the launcher.
-#include <sys/resource.h>
-
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <string_view>
 
 #include "base/arguments.h"
 #include "base/errors.h"
+#include "base/realtime.h"
 #include "bus/attach.h"
 #include "bus/host.h"
 #include "viz/camera_component.h"
@@ -47,9 +46,8 @@ int main(int argc, char** argv) {
     options.size = evalbus::viz::ParseFrameSize(size);
     evalbus::viz::CheckFrameSize(options.size);
     std::cerr << evalbus::viz::UseGlAndDescribe(gl);
-    // Drawing uses all available CPU time, so the run takes priority. This must be set before any thread
-    // starts, so that all threads inherit it.
-    setpriority(PRIO_PROCESS, 0, 19);
+    // Rendering uses all available CPU time, so the run takes priority.
+    evalbus::LowerPriority();
     const evalbus::Attached attached = evalbus::Attach(address);
     options.policy = attached.policy;
     return evalbus::Host(attached.url, [&](evalbus::Bus* bus) {

@@ -2,7 +2,6 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <thread>
 
 #include "base/errors.h"
+#include "base/realtime.h"
 #include "base/run_layout.h"
 #include "bus/host.h"
 #include "bus/live_runs.h"
@@ -32,7 +32,6 @@ namespace fs = std::filesystem;
 using std::chrono::steady_clock;
 
 constexpr int kUsualPort = 8080;
-constexpr int kNice = 10;
 // Interval for finding new runs (kDiscover) and for reading folders (kLook), and maximum delay of messages
 // (kMaxBatchDelay).
 constexpr auto kDiscover = std::chrono::seconds(1);
@@ -541,8 +540,7 @@ std::string OpenedEpisode(const WebOptions& options) {
 
 int Web(const WebOptions& options) {
   const std::string opened = OpenedEpisode(options);
-  // Lowers this process's priority, so that it does not slow down evaluations.
-  if (getpriority(PRIO_PROCESS, 0) < kNice) setpriority(PRIO_PROCESS, 0, kNice);
+  LowerPriority();
   const auto broadcaster = std::make_shared<viz::UpdateBroadcaster>();
   InstallStopSignals();
   // The socket must be created before this process joins a run's network namespace, which browsers cannot

@@ -90,6 +90,8 @@ TEST_F(VizRun, ShowsARunAndItsReplayAlikeAndChangesNothing) {
   EVALBUS_NEEDS_BUS();
   const fs::path run = folder_.path() / "run";
   Program viz(viz_);
+  // On a loaded machine, viz may start more slowly than the episode takes.
+  ASSERT_TRUE(WaitFor([&] { return viz.out() == "viz ready\n"; })) << viz.err();
   Program evaluation({"evalbus", "run", ShortTask(folder_.path(), 3), "--policy", "hold", "--episodes", "1",
                       "--realtime", "--url", url_, "--out", run});
   ASSERT_TRUE(ReceiveUntil([&] { return !evaluation.running(); }));
