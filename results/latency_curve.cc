@@ -60,8 +60,6 @@ std::string EffectText(const std::vector<const DelayPoint*>& points,
                        const std::vector<const DelayEffect*>& effects,
                        const std::vector<DelayPoint>& all_points) {
   const DelayPoint& first = *points.front();
-  if (points.size() == 1)
-    return fmt::format("success with a delay of {} ms: {}", DelayMs(first), Percent(first.success.mean));
   double least = 1, most = 0;
   for (const DelayPoint* point : points) {
     if (!std::isfinite(point->success.mean))
@@ -70,6 +68,8 @@ std::string EffectText(const std::vector<const DelayPoint*>& points,
     least = std::min(least, point->success.mean);
     most = std::max(most, point->success.mean);
   }
+  if (points.size() == 1)
+    return fmt::format("success with a delay of {} ms: {}", DelayMs(first), Percent(first.success.mean));
   std::vector<std::string> lower, higher, unknown;
   for (const DelayEffect* effect : effects) {
     const DelayPoint& point = all_points[effect->point];
@@ -177,12 +177,15 @@ std::string DelayTable(const std::vector<DelayPoint>& points) {
                                  "joint jerk rad/s³", "stale%", "new/s", "age ms");
   const auto percent = [](double share) { return PercentagePoints(share); };
   const auto decimals = [](int count) { return [count](double value) { return Fixed(value, count); }; };
+  const auto number = [](double value, int count) {
+    return std::isfinite(value) ? Fixed(value, count) : "-";
+  };
   for (const DelayPoint& point : points) {
-    text +=
-        fmt::format("{:<12}  {:>8.4g}  {:>8}  {:<20}  {:<22}  {:<22}  {:>6.1f}  {:>6.1f}  {:>7.0f}\n",
-                    point.execution, point.applied_ms, point.complete, Cell(point.success, percent),
-                    Cell(point.completion_time_s, decimals(2)), Cell(point.joint_jerk_radps3, decimals(1)),
-                    100 * point.stale_action_ratio, point.effective_hz, 1e3 * point.action_age_s);
+    text += fmt::format("{:<12}  {:>8.4g}  {:>8}  {:<20}  {:<22}  {:<22}  {:>6}  {:>6}  {:>7}\n",
+                        point.execution, point.applied_ms, point.complete, Cell(point.success, percent),
+                        Cell(point.completion_time_s, decimals(2)),
+                        Cell(point.joint_jerk_radps3, decimals(1)), number(100 * point.stale_action_ratio, 1),
+                        number(point.effective_hz, 1), number(1e3 * point.action_age_s, 0));
   }
   return text;
 }

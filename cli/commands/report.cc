@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -74,11 +75,13 @@ int WriteReport(const ReportOptions& options) {
   if (runs.is_suite && !options.episodes.empty()) {
     throw InputError("--episode: " + options.run.string() + " is a suite; pass one of its runs");
   }
+  // An episode that is given twice is shown once.
+  const std::set<int> episodes(options.episodes.begin(), options.episodes.end());
   const fs::path out = options.out.empty() ? options.run / "report.html" : options.out;
   const std::string made_by =
       fmt::format("{} ({}{})", kVersion, kGitCommit, kGitDirty ? ", with changes" : "");
   const report::BuiltPage page =
-      report::RunReport(std::move(runs), out, options.episodes, made_by,
+      report::RunReport(std::move(runs), out, {episodes.begin(), episodes.end()}, made_by,
                         static_cast<size_t>(options.megabytes * 1e6), runner::CommandOf);
   WriteWhole(out, page.html);
   fmt::print("{}\n", fs::proximate(out).string());

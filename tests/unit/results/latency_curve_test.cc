@@ -14,6 +14,7 @@ namespace evalbus::results::latency_curve_test {
 
 using nlohmann::ordered_json;
 using testing::HasSubstr;
+using testing::Not;
 
 class LatencyCurveTest : public testing::Test {
  protected:
@@ -57,6 +58,19 @@ TEST_F(LatencyCurveTest, HasTheNumbersOfARun) {
   EXPECT_EQ(std::ranges::count(csv, '\n'), 2);
   EXPECT_EQ(std::ranges::count(csv, ','), 2 * 16);
   EXPECT_THAT(csv, HasSubstr("success_rate.upper"));
+}
+
+TEST_F(LatencyCurveTest, WithoutCompleteEpisodesHasDashes) {
+  const auto folder = folder_.path() / "none";
+  ordered_json info = RunInfo(4);
+  info["latency"] = "90";
+  WriteRun(folder, info, {});
+  const std::vector<DelayPoint> points = {ReadDelayPoint(ReadRun(folder))};
+  EXPECT_THAT(DelayTable(points), HasSubstr("  -"));
+  EXPECT_THAT(DelayTable(points), Not(HasSubstr("nan")));
+  EXPECT_EQ(
+      DelayHeadline(points, {}),
+      std::vector<std::string>{"No conclusion, because no episode with a delay of 100 ms has a verdict."});
 }
 
 class DelayHeadlineTest : public testing::Test {
