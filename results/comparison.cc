@@ -113,13 +113,18 @@ void SetRatioOfMeans(std::span<const double> values, std::span<const double> bas
   }
 }
 
+void SetTest(const metrics::RankTest& test, MetricComparison* metric) {
+  metric->p = test.p;
+  metric->least_p = test.least_p;
+}
+
 // Computes difference, interval, p and ratio of a metric from its values.
 void TestPaired(std::span<const double> values, std::span<const double> baseline, MetricComparison* metric) {
   const std::vector<double> differences = metrics::PairedDifferences(values, baseline);
   metric->difference = metrics::Mean(differences);
   metric->difference_95 = metrics::IntervalOfMean(differences);
   if (std::any_of(differences.begin(), differences.end(), [](double d) { return d != 0; })) {
-    metric->p = metrics::WilcoxonSignedRankTest(differences).p;
+    SetTest(metrics::WilcoxonSignedRankTest(differences), metric);
   }
   if (metric->number.metric->effort) return SetRatioOfPairs(values, baseline, metric);
   SetRatioOfMeans(values, baseline, metric);
@@ -134,7 +139,7 @@ void TestUnpaired(std::span<const double> values, std::span<const double> baseli
   all.insert(all.end(), baseline.begin(), baseline.end());
   const auto [least, most] = std::minmax_element(all.begin(), all.end());
   if (*most - *least > metrics::kTie * metrics::LargestMagnitude(all)) {
-    metric->p = metrics::MannWhitneyTest(values, baseline).p;
+    SetTest(metrics::MannWhitneyTest(values, baseline), metric);
   }
   SetRatioOfMeans(values, baseline, metric);
 }
@@ -340,15 +345,6 @@ bool AllPairsAreEqual(const Side& run, const Side& baseline) {
   });
 }
 
-// Returns false if the test of the metric cannot reach p < 0.05 with any values, because there are too few.
-bool CanReachAlpha(const MetricComparison& metric, bool paired) {
-  // The most extreme of 2^n choices of signs, or of all choices of the first sample, in both directions.
-  const double n = metric.count, m = metric.baseline_count;
-  const double log_choices =
-      paired ? n * std::log(2.0) : std::lgamma(n + m + 1) - std::lgamma(n + 1) - std::lgamma(m + 1);
-  return 2 * std::exp(-log_choices) < metrics::kAlpha;
-}
-
 // Adds notes on the comparison, one sentence each.
 void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, const std::string& run,
                 const std::string& baseline, NamedRemarks* remarks) {
@@ -392,15 +388,15 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
   std::vector<std::string> too_few, only_interval, only_test;
   for (const MetricComparison& metric : task.metrics) {
     if (metric.p && *metric.p >= metrics::kAlpha && metric.difference_95.excludes_0())
-      (CanReachAlpha(metric, task.paired) ? only_interval : too_few).push_back(metric.number.label());
+      (metric.least_p < metrics::kAlpha ? only_interval : too_few).push_back(metric.number.label());
     if (metric.differs() && !metric.is_higher() && !metric.is_lower())
       only_test.push_back(metric.number.label());
   }
   if (!too_few.empty()) {
     remarks->Add(name,
-                 fmt::format("the interval of the mean difference excludes 0, but the test cannot show a "
-                             "difference with so few {}, because p is at least 0.05 for any values: {}",
-                             task.paired ? "pairs" : "episodes", fmt::join(too_few, "; ")));
+                 fmt::format("the interval of the mean difference excludes 0, but so few {} differ that the "
+                             "test cannot reach p < 0.05: {}",
+                             task.paired ? "pairs" : "values", fmt::join(too_few, "; ")));
   }
   if (!only_interval.empty()) {
     remarks->Add(name,

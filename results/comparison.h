@@ -110,6 +110,8 @@ struct MetricComparison {
   // p of the difference; nullopt if the two values of each pair are equal or, if not paired, if all values
   // are equal.
   std::optional<double> p;
+  // RankTest::least_p of the test that p is from.
+  double least_p = 1;
   // p adjusted with Holm's method for the metrics that have a p.
   double p_holm = 1;
   // Reason why a difference in favor of the run (no_merit) or of the baseline (baseline_no_merit) must not be

@@ -41,6 +41,9 @@ struct RankTest {
   double statistic = 0;
   // Two-sided p-value.
   double p = 1;
+  // The smallest p that these ranks can yield, whatever the signs (Wilcoxon) or the samples (Mann-Whitney) to
+  // which they belong; 0 if p is approximate.
+  double least_p = 1;
   // True if p is from the exact distribution, false if from its normal approximation.
   bool exact = true;
 };
@@ -53,14 +56,18 @@ inline double NormalTwoSided(double statistic, double mean, double variance) {
   return std::min(1.0, 2 * cdf(complement(boost::math::normal_distribution<>(), z)));
 }
 
-// Returns the two-sided p of a statistic whose value s has the probability weights[s] / (sum of weights):
-// twice the smaller tail, at most 1.
-inline double ExactTwoSided(const std::vector<double>& weights, int statistic) {
+// Sets the two-sided p of a statistic whose value s has the probability weights[s] / (sum of weights), twice
+// the smaller tail, at most 1, and the least p of all its values.
+inline void SetExactTwoSided(const std::vector<double>& weights, int statistic, RankTest* test) {
   const auto at = weights.begin() + statistic;
   const double all = std::accumulate(weights.begin(), weights.end(), 0.0);
   const double lower = std::accumulate(weights.begin(), at + 1, 0.0);
   const double upper = std::accumulate(at, weights.end(), 0.0);
-  return std::min(1.0, 2 * std::min(lower, upper) / all);
+  test->p = std::min(1.0, 2 * std::min(lower, upper) / all);
+  const auto is_possible = [](double weight) { return weight > 0; };
+  const double lowest = *std::find_if(weights.begin(), weights.end(), is_possible);
+  const double highest = *std::find_if(weights.rbegin(), weights.rend(), is_possible);
+  test->least_p = std::min(1.0, 2 * std::min(lowest, highest) / all);
 }
 
 // Signed-rank test of paired differences. Source: Wilcoxon 1945, "Individual comparisons by ranking methods",
@@ -84,7 +91,7 @@ inline RankTest WilcoxonSignedRankTest(std::span<const double> differences) {
   int twice = 0;
   for (size_t i = 0; i < sizes.size(); ++i) twice += positive[i] ? ranks.twice[i] : 0;
 
-  RankTest test{.statistic = twice / 2.0, .p = 1, .exact = sizes.size() <= 50};
+  RankTest test{.statistic = twice / 2.0, .p = 1, .least_p = 0, .exact = sizes.size() <= 50};
   if (test.exact) {
     // Number of the 2^n sign choices that yield each sum.
     std::vector<double> choices(
@@ -94,7 +101,7 @@ inline RankTest WilcoxonSignedRankTest(std::span<const double> differences) {
       for (size_t sum = choices.size(); sum-- > static_cast<size_t>(rank);)
         choices[sum] += choices[sum - static_cast<size_t>(rank)];
     }
-    test.p = ExactTwoSided(choices, twice);
+    SetExactTwoSided(choices, twice, &test);
   } else {
     const auto n = static_cast<double>(sizes.size());
     const double variance = n * (n + 1) * (2 * n + 1) / 24 - ranks.ties / 48;
@@ -123,7 +130,7 @@ inline RankTest MannWhitneyTest(std::span<const double> a, std::span<const doubl
   }
   const auto m = static_cast<double>(a.size()), k = static_cast<double>(b.size()), n = m + k;
 
-  RankTest test{.statistic = twice / 2.0 - m * (m + 1) / 2, .p = 1, .exact = all.size() <= 50};
+  RankTest test{.statistic = twice / 2.0 - m * (m + 1) / 2, .p = 1, .least_p = 0, .exact = all.size() <= 50};
   if (test.exact) {
     // choices[j][sum]: number of ways to choose j of the values with this rank sum.
     std::vector<std::vector<double>> choices(a.size() + 1,
@@ -135,7 +142,7 @@ inline RankTest MannWhitneyTest(std::span<const double> a, std::span<const doubl
           choices[j][sum] += choices[j - 1][sum - static_cast<size_t>(rank)];
       }
     }
-    test.p = ExactTwoSided(choices[a.size()], twice);
+    SetExactTwoSided(choices[a.size()], twice, &test);
   } else {
     const double variance = m * k / 12 * (n + 1 - ranks.ties / (n * (n - 1)));
     test.p = NormalTwoSided(test.statistic, m * k / 2, variance);

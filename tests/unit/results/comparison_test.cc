@@ -183,8 +183,8 @@ TEST_F(CompareTest, DisagreementOfTestAndIntervalIsStated) {
   };
   const RecordedRuns baseline = runs("a", {4, 4, 4, 4, 4});
   const std::string remark =
-      "lift_pot/position: the interval of the mean difference excludes 0, but the test cannot show a "
-      "difference with so few pairs, because p is at least 0.05 for any values: completion time";
+      "lift_pot/position: the interval of the mean difference excludes 0, but so few pairs differ that "
+      "the test cannot reach p < 0.05: completion time";
   EXPECT_THAT(CompareRuns(runs("b", {5, 5.1, 5.2, 5.3, 5.4}), baseline).remarks, Contains(remark));
   EXPECT_THAT(CompareRuns(runs("c", {5, 3.1, 5.2, 3.3, 5.4}), baseline).remarks, Not(Contains(remark)));
 }

@@ -272,6 +272,22 @@ TEST(WilcoxonSignedRankTest, RoundingIsNoDifference) {
   EXPECT_NEAR(PairedDifferences(Values{3600.006}, Values{3600})[0], 0.006, 1e-12);
 }
 
+// One of the 2^n choices of signs of n different pairs is the most extreme in each direction.
+TEST(WilcoxonSignedRankTest, LeastPIsOfTheMostExtremeSigns) {
+  EXPECT_EQ(WilcoxonSignedRankTest(Values{1, -2, 3, -4, 5}).least_p, 2.0 / 32);
+  EXPECT_EQ(WilcoxonSignedRankTest(Values{1, -2, 0, 0, 0, 0, 0}).least_p, 2.0 / 4);
+  EXPECT_EQ(WilcoxonSignedRankTest(Values(51, 1.0)).least_p, 0);
+  EXPECT_EQ(WilcoxonSignedRankTest({}).least_p, 1);
+}
+
+// Two of five values can be chosen in 10 ways. If the two least values are equal to a third, 3 of these ways
+// yield the least rank sum, but only one the highest.
+TEST(MannWhitneyTest, LeastPIsOfTheMostExtremeSamples) {
+  EXPECT_EQ(MannWhitneyTest(Values{1, 5}, Values{2, 3, 4}).least_p, 2.0 / 10);
+  EXPECT_EQ(MannWhitneyTest(Values{1, 5}, Values{1, 1, 4}).least_p, 2.0 / 10);
+  EXPECT_EQ(MannWhitneyTest(Values{1}, Values{1, 1}).least_p, 1);
+}
+
 TEST(WilcoxonSignedRankTest, AgreesWithEnumeration) {
   const std::vector<Values> samples = {
       {1, 2, 3, -4, 5},
