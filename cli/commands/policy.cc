@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "base/arguments.h"
 #include "base/errors.h"
@@ -178,11 +179,9 @@ void Draw(const PolicyCommandOptions& options, const policy::ObservationBuilder&
   }
 }
 
-// Writes the images as they were sent, and the report, into a folder. Returns the folder.
-fs::path WriteDown(const PolicyCommandOptions& options, const Contract& contract, const CheckReport& report,
-                   const policy::ObservationBuilder& observations) {
-  const fs::path folder = options.out.empty() ? fs::path("policy_check") / contract.name : options.out;
-  fs::create_directories(folder);
+// Writes the images as they were sent into a folder. Returns their files.
+std::vector<std::string> WriteImages(const policy::ObservationBuilder& observations, const fs::path& folder) {
+  std::vector<std::string> files;
   for (const auto& sent : observations.ImagesSent()) {
     const size_t rows = sent.is_chw ? 1 : 0;
     viz::Frame frame(
@@ -197,13 +196,15 @@ fs::path WriteDown(const PolicyCommandOptions& options, const Contract& contract
     }
     std::string name = sent.key;
     std::ranges::replace(name, '/', '_');
-    viz::WritePng(frame, folder / (name + ".png"));
+    const fs::path file = folder / (name + ".png");
+    viz::WritePng(frame, file);
+    files.push_back(file.string());
   }
-  WriteWhole(folder / "check.json", ToText(policy::CheckJson(contract, report), 2) + "\n");
-  return folder;
+  return files;
 }
 
-void Print(const CheckReport& report, const fs::path& folder, bool has_images) {
+// images: files of the images as they were sent.
+void Print(const CheckReport& report, const std::vector<std::string>& images) {
   constexpr const char* kMarks[] = {"ok  ", "    ", "?   ", "BAD "};
   for (const CheckLine& line : report.lines) {
     // A line of the report may contain a server's traceback with many lines.
@@ -212,7 +213,7 @@ void Print(const CheckReport& report, const fs::path& folder, bool has_images) {
     for (std::string part; std::getline(text, part); mark = "    ")
       fmt::print("{}{}\n", mark, Printable(part));
   }
-  if (has_images) fmt::print("    images as they were sent: {}\n", (folder / "*.png").string());
+  if (!images.empty()) fmt::print("    images as they were sent: {}\n", fmt::join(images, ", "));
   using Verdict = CheckReport::Verdict;
   const char* const words =
       report.verdict == Verdict::kGood          ? "good: no problem was found"
@@ -245,11 +246,14 @@ int Check(PolicyCommandOptions options) {
   std::fflush(stdout);
   const CheckReport report = policy::CheckPolicyServer(*contract, client.get(), model, look.prepared.info,
                                                        look.state, look.images, &observations);
-  const fs::path folder = WriteDown(options, *contract, report, observations);
+  const fs::path folder = options.out.empty() ? fs::path("policy_check") / contract->name : options.out;
+  fs::create_directories(folder);
+  const std::vector<std::string> images = WriteImages(observations, folder);
+  WriteWhole(folder / "check.json", ToText(policy::CheckJson(*contract, report), 2) + "\n");
   if (options.json) {
     fmt::print("{}\n", ToText(policy::CheckJson(*contract, report), 2));
   } else {
-    Print(report, folder, !look.images.empty());
+    Print(report, images);
   }
   return ExitCode(report.verdict);
 }
