@@ -41,10 +41,15 @@ std::string Listed(const std::vector<condition_t>& conditions) {
   return list;
 }
 
+// Returns whether the condition requires that another one, which precedes it, is met for some time.
+bool IsDuration(const condition_t& condition) { return condition.predicate == "lasts"; }
+
 // Returns, for example, "height of pot reached 0.997 m, at least 1.096 m is needed", "height of pot reached
 // 1.097 m and was 0.951 m at the end, at least 1.096 m is needed", or "not met: left holds pot".
 std::string Reached(const condition_t& condition, const BestOfCondition& best) {
   const std::string text = Words(condition.text);
+  // The number of `lasts` is a duration, but its text may contain a limit of another number.
+  if (IsDuration(condition)) return "not met: " + text;
   for (const std::string_view limit : {" at least ", " at most ", " between "}) {
     const size_t at = text.find(limit);
     const std::string quantity = text.substr(0, at);
@@ -127,8 +132,9 @@ std::string CauseFinder::Lack(const CauseMoment& moment) const {
     if (condition.holds) continue;
     const bool is_about = moment.object >= 0 && IsAbout(condition, static_cast<size_t>(moment.object));
     const bool is_of_gripper = moment.gripper >= 0 && condition.other == config_.grippers[moment.gripper];
-    const int score =
-        8 * is_about + 4 * !std::isnan(candidate.value) + 2 * is_of_gripper + (candidate.gap > 0);
+    // How long a condition has been true is less informative than the condition.
+    const bool has_number = !std::isnan(candidate.value) && !IsDuration(condition);
+    const int score = 8 * is_about + 4 * has_number + 2 * is_of_gripper + (candidate.gap > 0);
     if (score <= highest) continue;
     highest = score;
     chosen = &condition;
