@@ -668,6 +668,23 @@ TEST_F(CauseFinderTest, ALightTouchIsNoCollision) {
   EXPECT_EQ(Find().kind, "missed_condition");
 }
 
+// The torque that carries the arm is unknown, because the arm touches the counter at every tick after the
+// reset state, in which all torques are 0.
+TEST_F(CauseFinderTest, AnArmThatAlwaysTouchesDoesNotPress) {
+  for (const bool touches_at_reset : {true, false}) {
+    dut_.Start();
+    tick_ = -1;
+    contacts_ = {};
+    if (touches_at_reset) contacts_ = {{kLeft, kCounter}};
+    torque_ = {0, 0};
+    Tick();
+    contacts_ = {{kLeft, kCounter}};
+    torque_[kLeft] = -40;
+    Move(300);
+    EXPECT_EQ(Find().kind, "missed_condition") << Find().text;
+  }
+}
+
 TEST_F(CauseFinderTest, WithoutTorquesALongTouchIsACollision) {
   torque_ = {};
   contacts_ = {{kLeft, kCounter}};
