@@ -473,6 +473,26 @@ TEST_F(TaskEvaluatorTest, WhatWasLatchedOrMustNotHappenIsNotMissing) {
   EXPECT_EQ(met(4, {{kFloor, kWall}}), (std::vector<bool>{true, true, true, false, false, false}));
 }
 
+TEST_F(TaskEvaluatorTest, AStageOfAnUnknownObjectHasNoConditions) {
+  TaskDescription task;
+  task.stages = {{1, "held", Call("holding", {{"gripper", "left"}, {"object", "pot"}})},
+                 {2, "fast", Call("joint_speed", {{"arm", "left"}, {"min_radps", "1"}})}};
+  task.success = Call("joint_speed", {{"arm", "left"}, {"min_radps", "2"}});
+  model_info_t model = model_;
+  model.object_is_tracked = {0};
+  const ModelNames names(model);
+  TaskEvaluator dut(task, names);
+  dut.Start();
+  contacts_ = Contacts(1, {});
+  dut.Evaluate({state_, contacts_.contact}, 1);
+  std::vector<std::vector<condition_t>> conditions;
+  dut.ConditionsByStage(&conditions);
+  ASSERT_EQ(conditions.size(), 3u);
+  EXPECT_TRUE(conditions[0].empty());
+  EXPECT_EQ(conditions[1].size(), 1u);
+  EXPECT_EQ(conditions[2].size(), 1u);
+}
+
 TEST_F(TaskEvaluatorTest, StagesCanAskForAnOrder) {
   const auto at_height = [](const char* min) {
     return Call("height_above", {{"object", "pot"}, {"min_m", min}});
