@@ -27,12 +27,17 @@ std::string WithoutLimit(const condition_t& condition) {
   return Words(condition.text);
 }
 
-// Lists the conditions that compare numbers, or all conditions if none does.
+// Returns whether the condition requires that another one, which precedes it, is met for some time.
+bool IsDuration(const condition_t& condition) { return condition.predicate == "lasts"; }
+
+// Lists the conditions that compare numbers; all conditions if none does, or if a duration would be listed
+// without the condition that precedes it.
 std::string Listed(const std::vector<condition_t>& conditions) {
   const bool has_numbers = std::ranges::any_of(conditions, [](const auto& c) { return c.has_value != 0; });
+  const bool lists_all = !has_numbers || std::ranges::any_of(conditions, IsDuration);
   std::vector<std::string> texts;
   for (const condition_t& condition : conditions) {
-    if (has_numbers && !condition.has_value) continue;
+    if (!lists_all && !condition.has_value) continue;
     const std::string text = WithoutLimit(condition);
     if (std::ranges::find(texts, text) == texts.end()) texts.push_back(text);
   }
@@ -40,9 +45,6 @@ std::string Listed(const std::vector<condition_t>& conditions) {
   for (const std::string& text : texts) list += (list.empty() ? "" : ", ") + text;
   return list;
 }
-
-// Returns whether the condition requires that another one, which precedes it, is met for some time.
-bool IsDuration(const condition_t& condition) { return condition.predicate == "lasts"; }
 
 // Returns, for example, "height of pot reached 0.997 m, at least 1.096 m is needed", "height of pot reached
 // 1.097 m and was 0.951 m at the end, at least 1.096 m is needed", or "not met: left holds pot".

@@ -953,6 +953,18 @@ TEST_F(CauseFinderTest, ASuccessHasItsNumbers) {
                             .cause;
   EXPECT_EQ(cause.kind, "success");
   EXPECT_EQ(cause.text, "Success at 1.00 s: height of kitchen pot 1.099 m.");
+  // A duration states nothing without its condition.
+  condition_t lasts{};
+  lasts.predicate = "lasts";
+  lasts.has_value = true;
+  lasts.text = "true for 1 s >= 1 s";
+  const std::string text = dut_.Find({.by = CauseEnd::By::kSuccess,
+                                      .reason = {},
+                                      .detail = {},
+                                      .last_tick = tick_,
+                                      .conditions = {apart, lasts}})
+                               .cause.text;
+  EXPECT_EQ(text, "Success at 1.00 s: kitchen pot does not touch counter, true for 1 s.");
 }
 
 }  // namespace evalbus::metrics::cause_finder_test
