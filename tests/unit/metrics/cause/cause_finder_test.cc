@@ -940,6 +940,24 @@ TEST_F(CauseFinderTest, AFailureConditionDecidesWithoutAnEvent) {
   EXPECT_EQ(cause.text, "Failure at 2.00 s: kitchen pot touches world (0 of 3 stages by then).");
 }
 
+// The condition that must last is named first, and the duration only once the condition is met.
+TEST_F(CauseFinderTest, AConditionLacksBeforeItsDuration) {
+  condition_t lasts{};
+  lasts.predicate = "lasts";
+  lasts.has_value = true;
+  lasts.comparison = ">=";
+  lasts.threshold_mixed = 7;
+  lasts.text = "for 7 s or longer: height of kitchen_pot at least 1.1 m";
+  conditions_[3] = {Height(), Holding("left"), lasts};
+  object_[0][2] = 1.2;
+  Move(300);
+  EXPECT_TRUE(Find().text.ends_with("; not met: left gripper touches kitchen pot.")) << Find().text;
+  conditions_[3][1].holds = true;
+  Move(1);
+  EXPECT_TRUE(Find().text.ends_with("; not met: for 7 s or longer: height of kitchen pot at least 1.1 m."))
+      << Find().text;
+}
+
 TEST_F(CauseFinderTest, ASuccessHasItsNumbers) {
   Move(50);
   condition_t height = Height(), apart{};
