@@ -239,10 +239,10 @@ void TaskDescription::Apply(const std::string& wanted) {
     if (texture) textures.insert(textures.end(), texture->choices.begin(), texture->choices.end());
   }
   if (!chosen.instruction.empty()) instruction = chosen.instruction;
-  if (!chosen.stages.empty()) stages = chosen.stages;
+  if (chosen.stages) stages = *chosen.stages;
   if (!chosen.success.name.empty()) success = chosen.success;
   if (!chosen.failure.name.empty()) failure = chosen.failure;
-  if (!chosen.target_distance.empty()) target_distance = chosen.target_distance;
+  if (chosen.target_distance) target_distance = *chosen.target_distance;
 }
 
 void TaskDescription::ApplyRobot(const std::string& robot, const std::vector<std::string>& arms) {

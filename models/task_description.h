@@ -75,13 +75,14 @@ struct Variation : Randomized {
   // Additions to and replacements of the task's own values; see TaskDescription::Apply.
   std::vector<ScenePart> parts;
   std::optional<Pose> robot_base;
-  std::map<std::string, Pose> poses;             // poses of parts, by name
-  std::vector<JointStart> joints;                // take precedence over the task's joints
-  std::vector<Camera> cameras;                   // take precedence over the task's cameras
-  std::string instruction;                       // if empty, the task's value applies
-  std::vector<Stage> stages;                     // if empty, the task's value applies
-  Expression success, failure;                   // if the name is empty, the task's value applies
-  std::vector<NamedExpression> target_distance;  // if empty, the task's value applies
+  std::map<std::string, Pose> poses;  // poses of parts, by name
+  std::vector<JointStart> joints;     // take precedence over the task's joints
+  std::vector<Camera> cameras;        // take precedence over the task's cameras
+  std::string instruction;            // if empty, the task's value applies
+  Expression success, failure;        // if the name is empty, the task's value applies
+  // If nullopt, the task's value applies. An empty list removes the task's entries.
+  std::optional<std::vector<Stage>> stages;
+  std::optional<std::vector<NamedExpression>> target_distance;
 };
 
 // A body or geom of an object that may be touched, while the rest of the object must not be touched.

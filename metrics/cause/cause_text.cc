@@ -27,12 +27,17 @@ std::string WithoutLimit(const condition_t& condition) {
   return Words(condition.text);
 }
 
-// Lists the conditions that compare numbers, or all conditions if none does.
+// Returns whether the condition requires that another one, which precedes it, is met for some time.
+bool IsDuration(const condition_t& condition) { return condition.predicate == "lasts"; }
+
+// Lists the conditions that compare numbers; all conditions if none does, or if a duration would be listed
+// without the condition that precedes it.
 std::string Listed(const std::vector<condition_t>& conditions) {
   const bool has_numbers = std::ranges::any_of(conditions, [](const auto& c) { return c.has_value != 0; });
+  const bool lists_all = !has_numbers || std::ranges::any_of(conditions, IsDuration);
   std::vector<std::string> texts;
   for (const condition_t& condition : conditions) {
-    if (has_numbers && !condition.has_value) continue;
+    if (!lists_all && !condition.has_value) continue;
     const std::string text = WithoutLimit(condition);
     if (std::ranges::find(texts, text) == texts.end()) texts.push_back(text);
   }
@@ -45,6 +50,8 @@ std::string Listed(const std::vector<condition_t>& conditions) {
 // 1.097 m and was 0.951 m at the end, at least 1.096 m is needed", or "not met: left holds pot".
 std::string Reached(const condition_t& condition, const BestOfCondition& best) {
   const std::string text = Words(condition.text);
+  // The number of `lasts` is a duration, but its text may contain a limit of another number.
+  if (IsDuration(condition)) return "not met: " + text;
   for (const std::string_view limit : {" at least ", " at most ", " between "}) {
     const size_t at = text.find(limit);
     const std::string quantity = text.substr(0, at);
@@ -127,8 +134,9 @@ std::string CauseFinder::Lack(const CauseMoment& moment) const {
     if (condition.holds) continue;
     const bool is_about = moment.object >= 0 && IsAbout(condition, static_cast<size_t>(moment.object));
     const bool is_of_gripper = moment.gripper >= 0 && condition.other == config_.grippers[moment.gripper];
-    const int score =
-        8 * is_about + 4 * !std::isnan(candidate.value) + 2 * is_of_gripper + (candidate.gap > 0);
+    // How long a condition has been true is less informative than the condition.
+    const bool has_number = !std::isnan(candidate.value) && !IsDuration(condition);
+    const int score = 8 * is_about + 4 * has_number + 2 * is_of_gripper + (candidate.gap > 0);
     if (score <= highest) continue;
     highest = score;
     chosen = &condition;

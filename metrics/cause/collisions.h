@@ -35,8 +35,9 @@ struct ArmTouch {
 // The torques of a joint while its arm has touched nothing for at least kInterruption define the joint's free
 // range, which always contains 0. Without gravity compensation, the free range includes the torques that
 // carry the arm's weight. An arm presses while the torque of one of its joints exceeds the free range by at
-// least kMinExcess and by at least the width of the range. Contacts of an arm with an object that its gripper
-// holds are ignored.
+// least kMinExcess and by at least the width of the range. Without a tick after the reset state at which the
+// arm touched nothing, the range is unknown, and the joint does not press. Contacts of an arm with an object
+// that its gripper holds are ignored.
 class CauseCollisions {
  public:
   static constexpr double kMinExcess = 10;    // N m
@@ -80,7 +81,8 @@ class CauseCollisions {
       const int64_t last_contact = last_contact_[config_.joint_arm[joint]];
       if (last_contact >= 0 && !IsInterrupted(last_contact, sample.tick)) continue;
       Range& range = free_torque_[joint];
-      range = {std::min(range.low, sample.torque[joint]), std::max(range.high, sample.torque[joint])};
+      range = {std::min(range.low, sample.torque[joint]), std::max(range.high, sample.torque[joint]),
+               range.is_known || sample.tick > 0};
     }
   }
 
@@ -97,6 +99,7 @@ class CauseCollisions {
  private:
   struct Range {
     double low = 0, high = 0;  // N m
+    bool is_known = false;
   };
 
   bool IsInterrupted(int64_t last_tick, int64_t tick) const {
@@ -107,6 +110,7 @@ class CauseCollisions {
     for (size_t joint = 0; joint < sample.torque.size(); ++joint) {
       if (config_.joint_arm[joint] != arm) continue;
       const Range& range = free_torque_[joint];
+      if (!range.is_known) continue;
       const double excess = std::max(sample.torque[joint] - range.high, range.low - sample.torque[joint]);
       if (excess >= std::max(kMinExcess, range.high - range.low)) return true;
     }

@@ -27,7 +27,8 @@ struct WorldView {
 class Standing {
  public:
   // completes_groups: if a group requires only one of its conditions and one is met, all conditions of the
-  // group are written as met.
+  // group are written as met. So are the conditions below `latched` and `lasts` if their current state does
+  // not matter.
   explicit Standing(std::vector<condition_t>* conditions, bool completes_groups = false)
       : conditions_(*conditions), completes_groups_(completes_groups) {}
 
@@ -44,8 +45,9 @@ class Standing {
 
   // Returns the number of conditions that were written in this pass.
   size_t written() const { return next_; }
-  // Must be called for a group that requires only one of its conditions, if one is met. The conditions of the
-  // group begin at index `first`.
+  bool completes_groups() const { return completes_groups_; }
+  // Must be called for conditions none of which is missing: those of a group that requires only one of them,
+  // if one is met, and those whose current state does not matter. They begin at index `first`.
   void CompleteGroup(size_t first) {
     for (size_t k = first; completes_groups_ && k < next_; ++k) conditions_[k].holds = true;
   }

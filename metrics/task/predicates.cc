@@ -289,6 +289,26 @@ class Combination : public Predicate {
     if (other != was_true_.end()) return operands_[other - was_true_.begin()]->Explain(conditions);
     for (const auto& operand : operands_) operand->Explain(conditions);
   }
+  // Writes the conditions below `latched` or `lasts`, which are usually those of the operand being true. If
+  // the standing completes groups, they are those of the operand being `wanted`, because the conditions of a
+  // negated operand are not required. matters: whether the operand's current state can make a difference.
+  void StandOfOperand(bool wanted, bool matters, Standing* standing) const {
+    const size_t first = standing->written();
+    Combination::Stand(wanted || !standing->completes_groups(), standing);
+    if (!matters) standing->CompleteGroup(first);
+  }
+  // Returns the text of the condition that follows them: how the operand is combined. If the standing
+  // completes groups, the text contains the operand, because a single condition is taken from the list.
+  static std::string TextAfterOperand(const std::vector<std::string>& lines, const Standing& standing) {
+    std::string text = lines.front();
+    size_t indent = 0;
+    for (size_t k = 1; standing.completes_groups() && k < lines.size(); ++k) {
+      const size_t begin = lines[k].find_first_not_of(' ');
+      text += (begin > indent ? ": " : ", ") + lines[k].substr(begin);
+      indent = begin;
+    }
+    return text;
+  }
   // Returns a line that states how the operands are combined, followed by the descriptions of the operands.
   std::vector<std::string> DescribeEach(const std::string& how) const {
     std::vector<std::string> lines = {how};
@@ -372,8 +392,9 @@ class Latched : public Combination {
   }
   // Writes the operand's current conditions, then whether the operand has ever been true.
   void Stand(bool wanted, Standing* standing) const override {
-    Combination::Stand(true, standing);
-    condition_t& condition = standing->Next(condition_, [&] { return Describe(wanted).front(); });
+    StandOfOperand(wanted, wanted && !latched_, standing);
+    condition_t& condition =
+        standing->Next(condition_, [&] { return TextAfterOperand(Describe(wanted), *standing); });
     condition.holds = latched_ == wanted;
     condition.tick = header_.tick;
     condition.time_s = Seconds(header_.sim_time_us);
@@ -429,8 +450,9 @@ class Lasts : public Combination {
   }
   // Writes the operand's conditions, then for how long the operand has been true.
   void Stand(bool wanted, Standing* standing) const override {
-    Combination::Stand(true, standing);
-    condition_t& condition = standing->Next(condition_, [&] { return Describe(wanted).front(); });
+    StandOfOperand(wanted, wanted, standing);
+    condition_t& condition =
+        standing->Next(condition_, [&] { return TextAfterOperand(Describe(wanted), *standing); });
     condition.holds = Holds() == wanted;
     condition.comparison = wanted ? ">=" : "<=";
     condition.value_mixed = since_us_ ? Seconds(header_.sim_time_us - *since_us_) : 0;

@@ -145,6 +145,7 @@ void TaskEvaluator::Criteria(criteria_t* criteria) const {
 void TaskEvaluator::ConditionsByStage(std::vector<std::vector<condition_t>>* conditions) const {
   conditions->resize(stages_.size() + 1);
   for (size_t k = 0; k < conditions->size(); ++k) {
+    if (k < stages_.size() && !knows_stage_[k]) continue;
     Standing standing(&(*conditions)[k], /*completes_groups=*/true);
     (k < stages_.size() ? *stages_[k] : *success_).Stand(true, &standing);
   }

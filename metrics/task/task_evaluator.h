@@ -57,7 +57,8 @@ class TaskEvaluator {
   // *criteria has been filled before. Does not change the header.
   void Criteria(criteria_t* criteria) const;
   // Writes every condition of each stage, then every condition of success: one list per stage and one more
-  // for success. Before tick 1, the lists are meaningless.
+  // for success. The list of a stage that depends on an object with an unknown pose is empty. Before tick 1,
+  // the lists are meaningless.
   void ConditionsByStage(std::vector<std::vector<condition_t>>* conditions) const;
   // Stages, target distances (m) and pose errors (rad), each in the order of TaskDescription.
   const std::vector<uint8_t>& stage_reached() const { return stage_reached_; }

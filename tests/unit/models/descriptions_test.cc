@@ -305,6 +305,18 @@ TEST(TaskDescription, StagesAreOptional) {
   EXPECT_TRUE(Parse(text.substr(0, stages) + text.substr(success)).stages.empty());
 }
 
+TEST(TaskDescription, AVariationCanRemoveStagesAndDistances) {
+  const TaskDescription task = Parse(ReplaceFirst(
+      kTask, "    alias: PushWide", "    alias: PushWide\n    stages: []\n    target_distance: {}"));
+  TaskDescription wide = task, base = task;
+  wide.Apply("wide");
+  base.Apply("base");
+  EXPECT_TRUE(wide.stages.empty());
+  EXPECT_TRUE(wide.target_distance.empty());
+  EXPECT_EQ(base.stages.size(), task.stages.size());
+  EXPECT_FALSE(base.stages.empty());
+}
+
 TEST(TaskDescription, AVariationHasItsOwnInstructionAndCameras) {
   TaskDescription task = Parse(ReplaceFirst(
       ReplaceFirst(

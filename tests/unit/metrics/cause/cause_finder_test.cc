@@ -668,6 +668,23 @@ TEST_F(CauseFinderTest, ALightTouchIsNoCollision) {
   EXPECT_EQ(Find().kind, "missed_condition");
 }
 
+// The torque that carries the arm is unknown, because the arm touches the counter at every tick after the
+// reset state, in which all torques are 0.
+TEST_F(CauseFinderTest, AnArmThatAlwaysTouchesDoesNotPress) {
+  for (const bool touches_at_reset : {true, false}) {
+    dut_.Start();
+    tick_ = -1;
+    contacts_ = {};
+    if (touches_at_reset) contacts_ = {{kLeft, kCounter}};
+    torque_ = {0, 0};
+    Tick();
+    contacts_ = {{kLeft, kCounter}};
+    torque_[kLeft] = -40;
+    Move(300);
+    EXPECT_EQ(Find().kind, "missed_condition") << Find().text;
+  }
+}
+
 TEST_F(CauseFinderTest, WithoutTorquesALongTouchIsACollision) {
   torque_ = {};
   contacts_ = {{kLeft, kCounter}};
@@ -923,6 +940,24 @@ TEST_F(CauseFinderTest, AFailureConditionDecidesWithoutAnEvent) {
   EXPECT_EQ(cause.text, "Failure at 2.00 s: kitchen pot touches world (0 of 3 stages by then).");
 }
 
+// The condition that must last is named first, and the duration only once the condition is met.
+TEST_F(CauseFinderTest, AConditionLacksBeforeItsDuration) {
+  condition_t lasts{};
+  lasts.predicate = "lasts";
+  lasts.has_value = true;
+  lasts.comparison = ">=";
+  lasts.threshold_mixed = 7;
+  lasts.text = "for 7 s or longer: height of kitchen_pot at least 1.1 m";
+  conditions_[3] = {Height(), Holding("left"), lasts};
+  object_[0][2] = 1.2;
+  Move(300);
+  EXPECT_TRUE(Find().text.ends_with("; not met: left gripper touches kitchen pot.")) << Find().text;
+  conditions_[3][1].holds = true;
+  Move(1);
+  EXPECT_TRUE(Find().text.ends_with("; not met: for 7 s or longer: height of kitchen pot at least 1.1 m."))
+      << Find().text;
+}
+
 TEST_F(CauseFinderTest, ASuccessHasItsNumbers) {
   Move(50);
   condition_t height = Height(), apart{};
@@ -936,6 +971,18 @@ TEST_F(CauseFinderTest, ASuccessHasItsNumbers) {
                             .cause;
   EXPECT_EQ(cause.kind, "success");
   EXPECT_EQ(cause.text, "Success at 1.00 s: height of kitchen pot 1.099 m.");
+  // A duration states nothing without its condition.
+  condition_t lasts{};
+  lasts.predicate = "lasts";
+  lasts.has_value = true;
+  lasts.text = "true for 1 s >= 1 s";
+  const std::string text = dut_.Find({.by = CauseEnd::By::kSuccess,
+                                      .reason = {},
+                                      .detail = {},
+                                      .last_tick = tick_,
+                                      .conditions = {apart, lasts}})
+                               .cause.text;
+  EXPECT_EQ(text, "Success at 1.00 s: kitchen pot does not touch counter, true for 1 s.");
 }
 
 }  // namespace evalbus::metrics::cause_finder_test

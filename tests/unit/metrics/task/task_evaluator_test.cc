@@ -439,6 +439,60 @@ TEST_F(TaskEvaluatorTest, AMetGroupLacksNoCondition) {
   EXPECT_EQ(met(2, {}), (std::vector<bool>{false, false, true, true, false}));
 }
 
+// Below `latched` and `lasts`, the current state of a condition may not matter.
+TEST_F(TaskEvaluatorTest, WhatWasLatchedOrMustNotHappenIsNotMissing) {
+  const auto touches = [](const char* b) {
+    return Of("latched", {Call("touching", {{"a", "pot"}, {"b", b}})});
+  };
+  TaskDescription task;
+  task.time_limit = 10;
+  const YamlValue lasts =
+      ParseYaml("lasts: {min_s: 7, when: {height_above: {object: pot, min_m: 1.1}}}", "t.yaml");
+  task.success = Of("all", {touches("counter"), Of("not", {touches("world")}), ReadExpression(lasts)});
+  TaskEvaluator dut(task, names_);
+  std::vector<std::vector<condition_t>> conditions;
+  const auto met = [&](int64_t tick, const std::vector<std::pair<int, int>>& pairs) {
+    contacts_ = Contacts(tick, pairs);
+    state_.header = small_world::Header(tick);
+    dut.Evaluate({state_, contacts_.contact}, tick);
+    dut.ConditionsByStage(&conditions);
+    std::vector<bool> holds;
+    for (const condition_t& condition : conditions.back()) holds.push_back(condition.holds);
+    return holds;
+  };
+  dut.Start();
+  EXPECT_EQ(met(1, {}), (std::vector<bool>{false, false, true, true, false, false}));
+  std::vector<std::string> texts;
+  for (const condition_t& condition : conditions.back()) texts.push_back(condition.text);
+  EXPECT_EQ(texts, (std::vector<std::string>{
+                       "pot touches counter", "at any time so far: pot touches counter",
+                       "pot does not touch world", "at no time so far: pot touches world",
+                       "height of pot at least 1.1 m", "for 7 s or longer: height of pot at least 1.1 m"}));
+  EXPECT_EQ(met(2, {{kTop, kWall}}), (std::vector<bool>{true, true, true, true, false, false}));
+  EXPECT_EQ(met(3, {}), (std::vector<bool>{true, true, true, true, false, false}));
+  EXPECT_EQ(met(4, {{kFloor, kWall}}), (std::vector<bool>{true, true, true, false, false, false}));
+}
+
+TEST_F(TaskEvaluatorTest, AStageOfAnUnknownObjectHasNoConditions) {
+  TaskDescription task;
+  task.stages = {{1, "held", Call("holding", {{"gripper", "left"}, {"object", "pot"}})},
+                 {2, "fast", Call("joint_speed", {{"arm", "left"}, {"min_radps", "1"}})}};
+  task.success = Call("joint_speed", {{"arm", "left"}, {"min_radps", "2"}});
+  model_info_t model = model_;
+  model.object_is_tracked = {0};
+  const ModelNames names(model);
+  TaskEvaluator dut(task, names);
+  dut.Start();
+  contacts_ = Contacts(1, {});
+  dut.Evaluate({state_, contacts_.contact}, 1);
+  std::vector<std::vector<condition_t>> conditions;
+  dut.ConditionsByStage(&conditions);
+  ASSERT_EQ(conditions.size(), 3u);
+  EXPECT_TRUE(conditions[0].empty());
+  EXPECT_EQ(conditions[1].size(), 1u);
+  EXPECT_EQ(conditions[2].size(), 1u);
+}
+
 TEST_F(TaskEvaluatorTest, StagesCanAskForAnOrder) {
   const auto at_height = [](const char* min) {
     return Call("height_above", {{"object", "pot"}, {"min_m", min}});
