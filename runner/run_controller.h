@@ -36,6 +36,9 @@ struct RunPlan {
   ModelHashes model_hashes;
   // Numbers of the episodes to run, in this order.
   std::vector<int> episodes;
+  // True if the run lacks other planned episodes, too, because --resume selects some of them with --only.
+  // run.json then does not determine `episodes`.
+  bool is_selection = false;
   int64_t seed = 0;
   std::string seed_stream = kRunSeeds;
   SeedSource seeds() const { return {seed, seed_stream, FamilyOf(task), variation}; }

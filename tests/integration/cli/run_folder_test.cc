@@ -303,6 +303,22 @@ TEST(ResumedSelection, DoesNotReplaceThePlannedEpisodes) {
   EXPECT_NE(table.out.find("3 of 4 episodes have finished"), std::string::npos) << table.out << table.err;
 }
 
+// Episodes 1 to 3 are missing, as after an interruption, and only episode 2 is requested.
+TEST(ResumedSelection, IsTheSameWithWorkers) {
+  const TemporaryFolder folder;
+  const fs::path run = folder.path() / "run";
+  Evaluate({"lift_pot/position", "--policy", "hold", "--episodes", "4", "--in-process"}, run);
+  const std::string lines = ReadText(run / "episodes.jsonl");
+  WriteText(run / "episodes.jsonl", lines.substr(0, lines.find('\n') + 1));
+  const Result resumed =
+      RunProgram({"evalbus", "run", "lift_pot/position", "--policy", "hold", "--episodes", "4",
+                  "--in-process", "--only", "2", "--workers", "2", "--out", run, "--resume"});
+  ASSERT_EQ(resumed.code, 0) << resumed.err;
+  ASSERT_EQ(Episodes(run).size(), 2u);
+  EXPECT_EQ(Episodes(run)[0]["episode"], 0);
+  EXPECT_EQ(Episodes(run)[1]["episode"], 2);
+}
+
 // Without seed_stream in run.json, the seeds of episodes depend on the run's seed and the index alone.
 TEST(SeedStream, ARunThatIsOlderThanItKeepsItsSeeds) {
   const TemporaryFolder folder;
