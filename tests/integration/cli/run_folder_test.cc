@@ -266,6 +266,24 @@ TEST(Like, RunsAnOlderRunAgain) {
                         "2", "--out", folder.path() / "refused"})
                 .err,
             "error: --policy: " + run.string() + " contains no episode 1 to replay\n");
+  // The name of the old run's policy does not apply to another policy.
+  ordered_json named = ordered_json::parse(ReadText(run / "run.json"));
+  named["policy_name"] = "ckpt-1";
+  fs::create_directories(folder.path() / "named");
+  WriteText(folder.path() / "named/run.json", named.dump());
+  Evaluate({"--like", folder.path() / "named"}, folder.path() / "same_policy");
+  EXPECT_EQ(ordered_json::parse(ReadText(folder.path() / "same_policy/run.json"))["policy_name"], "ckpt-1");
+  Evaluate({"--like", folder.path() / "named", "--policy", "random"}, folder.path() / "other_policy");
+  EXPECT_EQ(ordered_json::parse(ReadText(folder.path() / "other_policy/run.json"))["policy_name"], "");
+  // A run with a policy would wait for the source of a watched run.
+  named["watch"] = true;
+  WriteText(folder.path() / "named/run.json", named.dump());
+  const auto watched = RunProgram({"evalbus", "run", "--like", folder.path() / "named", "--policy", "hold",
+                                   "--out", folder.path() / "w"});
+  EXPECT_EQ(watched.code, 1);
+  EXPECT_EQ(watched.err,
+            "error: --like " + (folder.path() / "named").string() +
+                ": a run of 'evalbus watch', whose robot was moved by a source, not by a policy\n");
   // An older run cannot be resumed, because the hashes of its files are unknown.
   ordered_json info = ordered_json::parse(ReadText(again / "run.json"));
   info.erase("physics_sha256");
