@@ -31,6 +31,13 @@ T Get(const nlohmann::json& json, const char* key, T otherwise) {
   return found->is_number_integer() || found->is_boolean() ? found->get<T>() : otherwise;
 }
 
+// Returns the number of episodes of a run: of --only, if the run has this option. 0 if it is unknown.
+int64_t PlannedEpisodes(const nlohmann::json& run) {
+  const auto only = run.is_object() ? run.find("only") : run.end();
+  const bool is_part = only != run.end() && only->is_array() && !only->empty();
+  return is_part ? static_cast<int64_t>(only->size()) : Get<int64_t>(run, "episodes", 0);
+}
+
 // Throws an InputError that explains why no bus is found for this run folder, suite or log.
 [[noreturn]] void NothingOf(const fs::path& folder) {
   if (!fs::exists(folder)) throw InputError(folder.string() + ": there is no such run");
@@ -41,13 +48,9 @@ T Get(const nlohmann::json& json, const char* key, T otherwise) {
     }
     throw InputError(folder.string() + ": not a run folder: it has no valid run.json");
   }
-  const int64_t finished = CountLines(folder / kEpisodesJsonl), all = Get<int64_t>(run, "episodes", 0);
-  const auto only = run.find("only");
-  const bool is_part = only != run.end() && only->is_array() && !only->empty();
+  const int64_t finished = CountLines(folder / kEpisodesJsonl);
   // A finished collection contains only its successes.
-  const int64_t planned = fs::exists(folder / kCollectJson) ? finished
-                          : is_part                         ? static_cast<int64_t>(only->size())
-                                                            : all;
+  const int64_t planned = fs::exists(folder / kCollectJson) ? finished : PlannedEpisodes(run);
   if (finished < planned && Get(run, "in_process", false)) {
     throw InputError(
         folder.string() +
@@ -92,7 +95,8 @@ Attached Attach(const Address& address) {
   if (run.other_network) JoinNetwork(run);
   const auto json = RunJson(run.folder);
   const auto named = Get<std::string>(json, "policy_name", "");
-  return {run.url, Get(json, "episodes", 0), named.empty() ? Get<std::string>(json, "policy", "") : named};
+  return {run.url, static_cast<int>(PlannedEpisodes(json)),
+          named.empty() ? Get<std::string>(json, "policy", "") : named};
 }
 
 }  // namespace evalbus

@@ -22,6 +22,8 @@ Plan LatencyPlan(const runner::RunOptions& options, const std::vector<std::strin
   plan.name = "latency";
   plan.options = options;
   plan.options.tasks.clear();
+  // The number of workers may change when the plan is resumed.
+  plan.options.workers = 1;
   plan.options.resume = false;
   plan.rate_is_given = rate_is_given;
   plan.tasks = runner::ExpandTasks(options.tasks);

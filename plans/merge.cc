@@ -205,7 +205,10 @@ void MergeInto(const std::vector<fs::path>& parts, const std::string& run_id, co
     if (!info) {
       info = run.info;
     } else if (const ordered_json first = WithoutPart(*info), other = WithoutPart(run.info); first != other) {
-      for (const auto& [key, value] : first.items()) {
+      ordered_json keys = first;
+      keys.update(other);
+      for (const auto& [key, unused] : keys.items()) {
+        const ordered_json value = first.value(key, ordered_json());
         if (other.value(key, ordered_json()) == value) continue;
         throw InputError(
             fmt::format("{}: \"{}\" is {}, but {} in {}: not parts of one run", (part / kRunJson).string(),

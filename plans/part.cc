@@ -1,7 +1,6 @@
 #include "plans/part.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <chrono>
 #include <map>
@@ -41,8 +40,9 @@ runner::Job JobOf(const Shard& shard, const fs::path& options, const fs::path& s
   std::vector<int> episodes(static_cast<size_t>(shard.size()));
   std::iota(episodes.begin(), episodes.end(), shard.first);
   runner::Job job{shard.name(), runner::RunCommand(options), scratch / (shard.name() + ".log")};
-  job.command.insert(job.command.end(), {shard.task, "--out", MadeIn(shard, scratch).string(), "--resume",
-                                         "--only", fmt::format("{}", fmt::join(episodes, ","))});
+  job.command.insert(job.command.end(), {shard.task, "--out", MadeIn(shard, scratch).string(), "--resume"});
+  const std::vector<std::string> only = runner::OnlyOptions(episodes);
+  job.command.insert(job.command.end(), only.begin(), only.end());
   return job;
 }
 

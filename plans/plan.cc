@@ -15,6 +15,7 @@
 #include "base/options_json.h"
 #include "base/text.h"
 #include "metrics/statistics/confidence_sequence.h"
+#include "models/model_sources.h"
 #include "models/robot_description.h"
 #include "models/task_description.h"
 #include "models/yaml_reader.h"
@@ -203,6 +204,8 @@ void ReadRunOptions(const YamlValue& value, Plan* plan) {
         option = entry.Number(range);
       } else if constexpr (std::is_same_v<Value, std::string>) {
         option = entry.Text();
+      } else if constexpr (std::is_same_v<Value, std::vector<std::string>>) {
+        option = entry.Texts();
       } else if constexpr (std::is_same_v<Value, std::vector<fs::path>>) {
         option.clear();
         for (const std::string& path : entry.Texts()) option.emplace_back(path);
@@ -350,6 +353,8 @@ Plan ReadPlan(const fs::path& file) {
   if (const YamlValue* value = map.Find("episodes")) plan.options.episodes = value->Integer(1, kMaxEpisodes);
   if (const YamlValue* value = map.Find("seed")) plan.options.seed = value->Integer(0);
   if (const YamlValue* value = map.Find("options")) ReadRunOptions(*value, &plan);
+  // As in run.json, with which a merge compares them.
+  plan.options.sim.assets = AbsoluteAssets(plan.options.sim.assets);
   std::string& limits = plan.options.sim.limits;
   if (const fs::path beside = fs::absolute(file).parent_path() / limits;
       !limits.empty() && fs::exists(beside))

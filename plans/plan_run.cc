@@ -201,7 +201,7 @@ void MakeVideos(const PlanFolder& folder, int workers) {
       jobs.push_back({policy.name + "  " + task,
                       {(runner::Processes::BinaryFolder() / "evalbus").string(), "render", run.string(),
                        "--episode", fmt::format("{}", fmt::join(episodes, ",")), "--camera",
-                       fmt::format("{}", fmt::join(plan.videos.cameras, ","))},
+                       fmt::format("{}", fmt::join(plan.videos.cameras, ",")), "--gl", plan.options.gl},
                       LogFile(run, "video")});
     }
   }
@@ -321,11 +321,15 @@ PlanResults FinishPlan(const PlanFolder& folder, int workers) {
     fs::create_directories(pages.back().log_file.parent_path());
   }
   runner::JobsProgress progress(pages.size(), "pages");
-  RunJobs(std::move(pages), workers, &progress, nullptr, [](const std::string&) {});
+  const fs::path shown = fs::proximate(folder.path());
+  if (!RunJobs(std::move(pages), workers, &progress, nullptr, [](const std::string&) {})) {
+    throw EnvironmentError(fmt::format(
+        "stopped before all pages were written; to write them, run the same command with --out {} --resume",
+        shown.string()));
+  }
   WritePlanPages(folder, results);
   if (const auto failures = FirstFailures(results); !failures.empty())
     fmt::print("\n{}", results::PolicyFailuresText(failures, width, colors));
-  const fs::path shown = fs::proximate(folder.path());
   fmt::print("\nreport   {}\nlook     {}\nshare    {}\n", (shown / kReportHtml).string(),
              ShellWords({"evalbus", "web", shown.string()}),
              ShellWords({"evalbus", "report", shown.string()}));

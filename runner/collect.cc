@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/random.h"
 #include "base/run_layout.h"
+#include "bus/private_network.h"
 #include "models/task_family.h"
 #include "results/run_folder.h"
 #include "results/run_reader.h"
@@ -83,13 +84,17 @@ void Collect(RunOptions options) {
   options.episodes = wanted * kStartsEach;
   options.sim.task = options.tasks.at(0);
   const auto strata = Strata(Starts(options, options.episodes), wanted);
+  // Run() removes the variable of the environment, so only the first round would use its bus.
+  if (options.url.empty() && !options.in_process && options.workers == 1) options.url = UrlOfEnvironment();
 
   const fs::path folder = options.out;
+  // The first success of each group. A group has another one if a later start was run together with an
+  // earlier start that had become invalid because the policy's server failed.
   std::set<int> kept;
   bool is_complete = false;
   if (options.resume && fs::exists(folder / kRunJson)) {
     CheckCollection(options, wanted);
-    kept = Successes(folder);
+    kept = FirstOfEach(strata, Successes(folder));
     is_complete = fs::exists(folder / kCollectJson);
   }
   for (int round = 0; round < kStartsEach && !is_complete; ++round) {
@@ -111,7 +116,7 @@ void Collect(RunOptions options) {
     options.round = round;
     Run(options);
     options.resume = true;
-    kept = Successes(folder);
+    kept = FirstOfEach(strata, Successes(folder));
   }
 
   // The following steps may be interrupted at any point and repeated with the same result. The lines of

@@ -277,6 +277,7 @@ PreparedRun PrepareRun(RunOptions options) {
     if (fs::exists(folder.path() / kEpisodesJsonl)) folder.WriteEpisodes(finished);
   }
   RunPlan plan = PlanOf(options, facts, numbers);
+  plan.is_selection = planned_only != options.only;
   plan.trained_on = std::move(training);
   return {std::move(options), std::move(prepared), std::move(facts),       std::move(folder),
           std::move(plan),    std::move(finished), std::move(planned_only)};

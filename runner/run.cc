@@ -231,6 +231,7 @@ void Watch(RunOptions options) {
   unsetenv(kUrlVariable);
   sim::CheckSimOptions(options.sim);
   CheckRanges(options);
+  CheckPolicyName(options);
   if (!options.sim.map.empty()) {
     sim::ReadSourceMap(ReadInput(options.sim.map, "map of a source"), options.sim.map);
     options.sim.map = fs::absolute(options.sim.map).lexically_normal();

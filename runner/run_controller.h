@@ -36,6 +36,9 @@ struct RunPlan {
   ModelHashes model_hashes;
   // Numbers of the episodes to run, in this order.
   std::vector<int> episodes;
+  // True if the run is resumed with --only, and its run.json has more episodes than that, which may be
+  // missing. run.json then does not determine `episodes`.
+  bool is_selection = false;
   int64_t seed = 0;
   std::string seed_stream = kRunSeeds;
   SeedSource seeds() const { return {seed, seed_stream, FamilyOf(task), variation}; }

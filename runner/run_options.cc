@@ -61,6 +61,11 @@ void FollowRecording(RunOptions* options) {
   stream = recorded;
 }
 
+void CheckPolicyName(const RunOptions& options) {
+  if (Printable(options.policy_name) != options.policy_name)
+    throw InputError("--policy-name: expected text without control characters");
+}
+
 void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
   sim::CheckSimOptions(options.sim);
   CheckRanges(options);
@@ -80,9 +85,7 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
         "--by-hand: expected one task, one worker, no --in-process, and the bus of the processes in --url or "
         "EVALBUS_URL, for example udpm://239.255.76.67:7667?ttl=0");
   }
-  if (Printable(options.policy_name) != options.policy_name) {
-    throw InputError("--policy-name: expected text without control characters");
-  }
+  CheckPolicyName(options);
   if (options.workers > 1 && !options.url.empty()) {
     throw InputError("--workers cannot be combined with --url: each worker has its own bus");
   }
@@ -97,8 +100,8 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
     }
     if (options.url.empty() || num_tasks > 1) {
       throw InputError(
-          "--policy lcm: expected one task, and the bus of the policy in --url or EVALBUS_URL, for "
-          "example udpm://239.255.76.67:7667?ttl=0");
+          "--policy lcm: expected one task, one worker, no --in-process, and the bus of the policy in --url "
+          "or EVALBUS_URL, for example udpm://239.255.76.67:7667?ttl=0");
     }
   } else {
     policy::FindPolicy(options.policy);

@@ -116,6 +116,9 @@ void FollowContract(bool rate_is_given, bool timeout_is_given, RunOptions* optio
 // recorded. Throws InputError.
 void FollowRecording(RunOptions* options);
 
+// Throws InputError if the policy's name has control characters, which terminals would execute.
+void CheckPolicyName(const RunOptions& options);
+
 // Checks all options that do not depend on the task. Throws InputError.
 void CheckRunOptions(const RunOptions& options, size_t num_tasks);
 

@@ -67,4 +67,13 @@ std::vector<std::vector<int>> Strata(const Points& points, int groups) {
   return strata;
 }
 
+std::set<int> FirstOfEach(const std::vector<std::vector<int>>& strata, const std::set<int>& chosen) {
+  std::set<int> first;
+  for (const std::vector<int>& stratum : strata) {
+    const auto found = std::ranges::find_if(stratum, [&](int index) { return chosen.contains(index); });
+    if (found != stratum.end()) first.insert(*found);
+  }
+  return first;
+}
+
 }  // namespace evalbus::runner

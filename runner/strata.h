@@ -2,6 +2,7 @@
 // group covers the distribution more evenly than the same number of independent random starts.
 #pragma once
 
+#include <set>
 #include <vector>
 
 namespace evalbus::runner {
@@ -11,5 +12,8 @@ namespace evalbus::runner {
 // must have the same number of dimensions. Returns the indices of each group's points, in ascending order. If
 // there are fewer points than groups, some groups are empty.
 std::vector<std::vector<int>> Strata(const std::vector<std::vector<double>>& points, int groups);
+
+// Returns, for each group, its first index that `chosen` contains, if there is one.
+std::set<int> FirstOfEach(const std::vector<std::vector<int>>& strata, const std::set<int>& chosen);
 
 }  // namespace evalbus::runner

@@ -137,8 +137,10 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const R
     return results::FormatDuration(
         std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count());
   };
-  fmt::print("{} runs of {}  policy {}  seed {}  {} at a time\n", tasks.size(),
-             Plural(options.episodes, "episode"), PolicyName(options), options.seed, options.workers);
+  const std::set<int> only(options.only.begin(), options.only.end());
+  const int episodes = only.empty() ? options.episodes : static_cast<int>(only.size());
+  fmt::print("{} runs of {}  policy {}  seed {}  {} at a time\n", tasks.size(), Plural(episodes, "episode"),
+             PolicyName(options), options.seed, options.workers);
   const bool colors = UsesColors(stdout);
   fmt::print("{}", results::Tally::Title("task", width, colors));
   std::fflush(stdout);
@@ -147,11 +149,11 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const R
                                   {"tasks", tasks},
                                   {"policy", PolicyName(options)},
                                   {"seed", options.seed},
-                                  {"episodes", options.episodes}});
+                                  {"episodes", episodes}});
   }
   std::vector<std::filesystem::path> runs;
   for (const std::string& task : tasks) runs.push_back(suite.run_folder(task));
-  JobsProgress progress(tasks.size(), "runs", runs, options.episodes);
+  JobsProgress progress(tasks.size(), "runs", runs, episodes);
   const auto policy_pool = policy::OpenPool(options.policy, options.workers);
   JobPool pool(suite.Jobs(output), options.workers, [&](const std::string& why) {
     progress.Clear();

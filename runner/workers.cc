@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <thread>
 
 #include "base/run_layout.h"
@@ -25,6 +27,17 @@ std::vector<std::string> RunCommand(const std::filesystem::path& options_file) {
   return {(Processes::BinaryFolder() / "evalbus").string(), "run", "--options", options_file.string()};
 }
 
+std::vector<std::string> OnlyOptions(const std::vector<int>& episodes) {
+  constexpr size_t kInOneArgument = 10'000;
+  std::vector<std::string> options;
+  for (size_t first = 0; first < episodes.size(); first += kInOneArgument) {
+    const auto begin = episodes.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto count = static_cast<std::ptrdiff_t>(std::min(kInOneArgument, episodes.size() - first));
+    options.insert(options.end(), {"--only", fmt::format("{}", fmt::join(begin, begin + count, ","))});
+  }
+  return options;
+}
+
 std::vector<int> EpisodesOfWorker(const std::vector<int>& episodes, int worker, int workers) {
   std::vector<int> mine;
   for (const int episode : episodes) {
@@ -38,10 +51,15 @@ void EvaluateWorkers(const RunOptions& options, const results::RunFolder& folder
   const auto pool = policy::OpenPool(options.policy, options.workers);
   std::vector<Job> jobs;
   for (int worker = 0; worker < options.workers; ++worker) {
-    if (EpisodesOfWorker(plan.episodes, worker, options.workers).empty()) continue;
+    const std::vector<int> episodes = EpisodesOfWorker(plan.episodes, worker, options.workers);
+    if (episodes.empty()) continue;
     const std::string name = fmt::format("worker-{}", worker);
     Job job{name, RunCommand(folder.path() / kRunJson), folder.log_file(name)};
     job.command.insert(job.command.end(), {"--worker", std::to_string(worker)});
+    if (plan.is_selection) {
+      const std::vector<std::string> only = OnlyOptions(episodes);
+      job.command.insert(job.command.end(), only.begin(), only.end());
+    }
     jobs.push_back(std::move(job));
   }
   EvaluateJobs(std::move(jobs), options.workers, folder, listener);

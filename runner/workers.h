@@ -31,6 +31,10 @@ void EvaluateWorkers(const RunOptions& options, const results::RunFolder& folder
 void EvaluateJobs(std::vector<Job> jobs, int at_once, const results::RunFolder& folder,
                   RunListener* listener);
 
+// Returns the options of `evalbus run` that select these episodes: --only, repeated if there are many
+// episodes, because the system limits the length of an argument.
+std::vector<std::string> OnlyOptions(const std::vector<int>& episodes);
+
 // Returns the episodes of worker `worker` (from 0) of `workers`.
 std::vector<int> EpisodesOfWorker(const std::vector<int>& episodes, int worker, int workers);
 

@@ -95,6 +95,10 @@ std::vector<std::string> TakeOptionsOf(const fs::path& folder, runner::RunOption
       fmt::print("{}: made by an older version without these options, which get their default values: {}\n",
                  Printable(file.string()), fmt::join(newer, ", "));
     }
+    if (options->watch) {
+      throw InputError("--like " + run.string() +
+                       ": a run of 'evalbus watch', whose robot was moved by a source, not by a policy");
+    }
     tasks.push_back(options->sim.task);
   };
   if (fs::exists(folder / kPlanJson)) {
@@ -221,6 +225,9 @@ Action AddRun(CLI::App* app) {
     if (options->tasks.empty()) options->tasks = *like;
     // A new number of episodes replaces the selection of the old run.
     if (!like->empty() && app->count("--episodes") > 0 && app->count("--only") == 0) options->only.clear();
+    // The old run's name belongs to its policy.
+    if (!like->empty() && app->count("--policy") > 0 && app->count("--policy-name") == 0)
+      options->policy_name.clear();
     if (output->partial_hz > 0 && !output->json) throw InputError("--partial-hz requires --json");
     if (options->worker >= 0) {
       runner::RunWorker(*options);

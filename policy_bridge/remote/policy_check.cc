@@ -256,11 +256,17 @@ class Check {
   void Repeat(const Value& observation) {
     std::vector<double> took;
     report_.repeat_difference = 0;
+    size_t least_steps = first_.rows.size(), most_steps = first_.rows.size();
+    bool is_finite = true;
     for (int call = 0; call < kRepeats; ++call) {
       double seconds = 0;
       const Chunk again = Call(observation, &seconds);
       took.push_back(seconds);
       report_.repeat_difference = std::max(report_.repeat_difference, Difference(again));
+      least_steps = std::min(least_steps, again.rows.size());
+      most_steps = std::max(most_steps, again.rows.size());
+      for (const std::vector<double>& row : again.rows)
+        is_finite = is_finite && std::ranges::all_of(row, [](double value) { return std::isfinite(value); });
     }
     std::ranges::sort(took);
     report_.steady_call_s = took[took.size() / 2];
@@ -272,7 +278,17 @@ class Check {
           "the answer takes longer than its steps last: a real robot would wait or drift, but a run waits in "
           "simulated time; --latency measured or --realtime includes the delay");
     }
+    if (!is_finite) {
+      Doubt(
+          "a repeated answer has a value that is not a finite number: an episode that uses it ends with "
+          "policy_error");
+    }
+    if (least_steps < most_steps) {
+      Add(Level::kNote, fmt::format("the same observation {} times: answers have {} to {} steps",
+                                    kRepeats + 1, least_steps, most_steps));
+    }
     if (report_.repeat_difference == 0) {
+      if (!is_finite || least_steps < most_steps) return;
       Good(fmt::format("the same observation {} times: the same answer", kRepeats + 1));
     } else {
       Add(Level::kNote,

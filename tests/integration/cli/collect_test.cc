@@ -161,4 +161,17 @@ TEST_F(Collect, KilledAtItsEndIsCompletedByResume) {
   EXPECT_GE(kills, 6);
 }
 
+TEST_F(Collect, UsesTheBusOfTheEnvironmentInAllRounds) {
+  EVALBUS_NEEDS_BUS();
+  const std::string url = UniqueUrl();
+  const Result result =
+      RunProgram({"evalbus", "collect", ShortTask(folder_.path(), 0.2), "--policy", "hold", "--episodes", "1",
+                  "--out", run_},
+                 {.working_folder = {}, .before = [&] { setenv("EVALBUS_URL", url.c_str(), 1); }});
+  EXPECT_EQ(result.code, 2);
+  EXPECT_EQ(CountOf(", attempt 8 of 8\n", result.out), 1) << result.out << result.err;
+  // A round prints its bus only if the user did not select one.
+  EXPECT_EQ(CountOf("bus udpm://", result.out), 0) << result.out;
+}
+
 }  // namespace evalbus::collect_test

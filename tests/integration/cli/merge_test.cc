@@ -381,6 +381,21 @@ TEST_F(Merge, ByHandChecksTheLogs) {
   EXPECT_EQ(Episodes(out).size(), 4u);
 }
 
+// A contract may have named its training sets only for one of the parts.
+TEST_F(Merge, RefusesAPartWithAnotherKeyInAnyOrder) {
+  const fs::path a = Part("rnd", "0000-0001"), b = Part("rnd", "0002-0003"), out = folder_.path() / "whole";
+  auto info = nlohmann::ordered_json::parse(ReadText(b / "run.json"));
+  info["trained_on"] = {{"sets", {"demos"}}};
+  WriteText(b / "run.json", info.dump());
+  for (const auto& [first, second] : {std::pair(a, b), std::pair(b, a)}) {
+    const Result refused = RunProgram({"evalbus", "merge", out, first, second});
+    EXPECT_EQ(refused.code, 1);
+    EXPECT_TRUE(refused.err.starts_with("error: " + (second / "run.json").string() + ": \"trained_on\" is "))
+        << refused.err;
+    EXPECT_FALSE(fs::exists(out));
+  }
+}
+
 TEST_F(Merge, RefusesPartsWithOtherForceLimits) {
   const fs::path task = ShortTask(folder_.path(), 0.2), limits = folder_.path() / "limits.yaml",
                  a = folder_.path() / "a", b = folder_.path() / "b", out = folder_.path() / "whole";

@@ -1,6 +1,8 @@
 // The console, the report and the comparison pages of a plan show the same p value for the same comparison.
 #include <gmock/gmock.h>
 
+#include <csignal>
+
 #include "tests/integration/harness.h"
 
 namespace evalbus::plan_pages_test {
@@ -122,6 +124,23 @@ TEST_F(PlanPages, AreWrittenAlsoIfThereIsNoFfmpeg) {
   EXPECT_THAT(run.err, HasSubstr("videos are missing: hold  "));
   EXPECT_THAT(run.err, HasSubstr("; to record them, run the same command with --out "));
   EXPECT_TRUE(fs::exists(results_ / "report.html"));
+}
+
+// The first of three reports has begun when the plan is interrupted.
+TEST_F(PlanPages, AreWrittenByResumeAfterAnInterruption) {
+  WriteText(folder_.path() / "plan.yaml", "policies: [hold, random, expert]\ntasks: [" +
+                                              ShortTask(folder_.path(), 0.1) + "/position]\nepisodes: 1\n");
+  const std::vector<std::string> command = {"evalbus", "run",    folder_.path() / "plan.yaml",
+                                            "--out",   results_, "--resume"};
+  Program plan(command);
+  ASSERT_TRUE(WaitFor([&] { return fs::exists(results_ / "hold/logs/report.log"); })) << plan.err();
+  plan.Signal(SIGINT);
+  EXPECT_EQ(plan.Wait(), 2);
+  EXPECT_THAT(plan.err(), HasSubstr("stopped before all pages were written"));
+  EXPECT_FALSE(fs::exists(results_ / "report.html"));
+  EXPECT_EQ(RunProgram(command).code, 0);
+  for (const char* page : {"report.html", "hold/report.html", "random/report.html", "expert/report.html"})
+    EXPECT_TRUE(fs::exists(results_ / page)) << page;
 }
 
 TEST_F(PlanPages, OfSeveralPoliciesHaveThePOfAllAndARanking) {

@@ -489,6 +489,16 @@ TEST(Suite, EventsAreLinesOfJson) {
   EXPECT_EQ(SchemaError("suite_summary", suite / "summary.json"), "");
 }
 
+TEST(Suite, StatesTheNumberOfSelectedEpisodes) {
+  TemporaryFolder folder;
+  const auto run =
+      RunProgram({"evalbus", "run", "lift_pot/base", "lift_pot/position", "--policy", "hold", "--episodes",
+                  "9", "--only", "4,4", "--in-process", "--json", "--out", folder.path() / "suite"});
+  EXPECT_EQ(run.code, 0);
+  EXPECT_NE(run.err.find("2 runs of 1 episode  policy hold"), std::string::npos) << run.err;
+  EXPECT_EQ(EventsOf(run, folder.path()).at(0)["episodes"], 1);
+}
+
 // A plan that adds episodes until its intervals are narrow resumes its runs; events report each episode once.
 TEST(Plan, EventsAreLinesOfJson) {
   TemporaryFolder folder;

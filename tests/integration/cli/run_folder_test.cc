@@ -266,6 +266,24 @@ TEST(Like, RunsAnOlderRunAgain) {
                         "2", "--out", folder.path() / "refused"})
                 .err,
             "error: --policy: " + run.string() + " contains no episode 1 to replay\n");
+  // The name of the old run's policy does not apply to another policy.
+  ordered_json named = ordered_json::parse(ReadText(run / "run.json"));
+  named["policy_name"] = "ckpt-1";
+  fs::create_directories(folder.path() / "named");
+  WriteText(folder.path() / "named/run.json", named.dump());
+  Evaluate({"--like", folder.path() / "named"}, folder.path() / "same_policy");
+  EXPECT_EQ(ordered_json::parse(ReadText(folder.path() / "same_policy/run.json"))["policy_name"], "ckpt-1");
+  Evaluate({"--like", folder.path() / "named", "--policy", "random"}, folder.path() / "other_policy");
+  EXPECT_EQ(ordered_json::parse(ReadText(folder.path() / "other_policy/run.json"))["policy_name"], "");
+  // A run with a policy would wait for the source of a watched run.
+  named["watch"] = true;
+  WriteText(folder.path() / "named/run.json", named.dump());
+  const auto watched = RunProgram({"evalbus", "run", "--like", folder.path() / "named", "--policy", "hold",
+                                   "--out", folder.path() / "w"});
+  EXPECT_EQ(watched.code, 1);
+  EXPECT_EQ(watched.err,
+            "error: --like " + (folder.path() / "named").string() +
+                ": a run of 'evalbus watch', whose robot was moved by a source, not by a policy\n");
   // An older run cannot be resumed, because the hashes of its files are unknown.
   ordered_json info = ordered_json::parse(ReadText(again / "run.json"));
   info.erase("physics_sha256");
@@ -301,6 +319,22 @@ TEST(ResumedSelection, DoesNotReplaceThePlannedEpisodes) {
   EXPECT_EQ(planned("2", true), ordered_json::array());
   const Result table = RunProgram({"evalbus", "export", run, "--csv", folder.path() / "table.csv"});
   EXPECT_NE(table.out.find("3 of 4 episodes have finished"), std::string::npos) << table.out << table.err;
+}
+
+// Episodes 1 to 3 are missing, as after an interruption, and only episode 2 is requested.
+TEST(ResumedSelection, IsTheSameWithWorkers) {
+  const TemporaryFolder folder;
+  const fs::path run = folder.path() / "run";
+  Evaluate({"lift_pot/position", "--policy", "hold", "--episodes", "4", "--in-process"}, run);
+  const std::string lines = ReadText(run / "episodes.jsonl");
+  WriteText(run / "episodes.jsonl", lines.substr(0, lines.find('\n') + 1));
+  const Result resumed =
+      RunProgram({"evalbus", "run", "lift_pot/position", "--policy", "hold", "--episodes", "4",
+                  "--in-process", "--only", "2", "--workers", "2", "--out", run, "--resume"});
+  ASSERT_EQ(resumed.code, 0) << resumed.err;
+  ASSERT_EQ(Episodes(run).size(), 2u);
+  EXPECT_EQ(Episodes(run)[0]["episode"], 0);
+  EXPECT_EQ(Episodes(run)[1]["episode"], 2);
 }
 
 // Without seed_stream in run.json, the seeds of episodes depend on the run's seed and the index alone.

@@ -344,8 +344,8 @@ TEST_F(MisbehavingPolicy, NeedsABusThatItKnows) {
     EXPECT_EQ(result.code, 1);
     EXPECT_EQ(
         result.err,
-        "error: --policy lcm: expected one task, and the bus of the policy in --url or EVALBUS_URL, for "
-        "example udpm://239.255.76.67:7667?ttl=0\n");
+        "error: --policy lcm: expected one task, one worker, no --in-process, and the bus of the policy in "
+        "--url or EVALBUS_URL, for example udpm://239.255.76.67:7667?ttl=0\n");
   }
 }
 

@@ -500,6 +500,24 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
                        (folder_.path() / "check").string()});
   EXPECT_EQ(result.code, 0) << result.out << result.err;
 
+  // Each answer has one step more than the previous one. The last answers are not numbers.
+  Serve([calls = 0](const Value& observation) mutable -> Value {
+    std::vector<double> row = Numbers(*observation.Find("state")->As<Array>());
+    row.push_back(0.5);
+    if (calls > 3) row[0] = std::numeric_limits<double>::quiet_NaN();
+    std::vector<double> rows;
+    const int steps = kSteps + calls++;
+    for (int k = 0; k < steps; ++k) rows.insert(rows.end(), row.begin(), row.end());
+    return Map{{"actions", FloatArray(rows, {steps, 8})}};
+  });
+  result = check(Contract());
+  EXPECT_EQ(result.code, 6) << result.out;
+  EXPECT_NE(result.out.find("the same observation 6 times: answers have 4 to 9 steps\n"), std::string::npos)
+      << result.out;
+  EXPECT_NE(result.out.find("a repeated answer has a value that is not a finite number"), std::string::npos)
+      << result.out;
+  EXPECT_EQ(result.out.find("the same answer"), std::string::npos) << result.out;
+
   // The third row is a step of 1 rad, and no arm uses its ninth value.
   Serve([](const Value& observation) -> Value {
     std::vector<double> row = Numbers(*observation.Find("state")->As<Array>());

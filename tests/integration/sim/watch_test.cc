@@ -331,6 +331,9 @@ TEST_F(Watch, AMapIsCheckedBeforeTheRunBegins) {
   const Result contacts = RunProgram({"evalbus", "watch", "lift_pot/position", "--contacts", "sauce"});
   EXPECT_EQ(contacts.code, 1);
   EXPECT_EQ(contacts.err, "error: --contacts: expected shapes or source, got 'sauce'\n");
+  const Result name = RunProgram({"evalbus", "watch", "lift_pot/position", "--policy-name", "a\nb"});
+  EXPECT_EQ(name.code, 1);
+  EXPECT_EQ(name.err, "error: --policy-name: expected text without control characters\n");
 }
 
 // The source publishes the recorded joints with other names, zeros and frames.

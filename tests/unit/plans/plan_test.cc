@@ -174,8 +174,11 @@ TEST_F(PlanTest, PoliciesMayDifferInTheirDelay) {
 TEST_F(PlanTest, OfALatencyCurveHasAnEntryForEachDelay) {
   runner::RunOptions options;
   options.tasks = {"lift_pot/position"};
+  options.workers = 2;
   const Plan plan = LatencyPlan(options, {"0", "100"}, {"synchronous", "rtc"}, false);
   ASSERT_EQ(plan.policies.size(), 4u);
+  // A plan that is resumed with another number of workers is the same plan.
+  EXPECT_EQ(plan.options.workers, 1);
   EXPECT_EQ(plan.policies[3].name, "rtc-100ms");
   EXPECT_EQ(plan.OptionsOf(plan.policies[3]).policy.latency, "100");
   EXPECT_EQ(plan.OptionsOf(plan.policies[3]).policy.execution, "rtc");
@@ -256,6 +259,18 @@ TEST_F(PlanTest, ForceLimitsAreRelativeToThePlanAndAbsolute) {
   options.sim.limits = "my_limits.yaml";
   EXPECT_EQ(MakePlan("certify", {"hold"}, options, false).options.sim.limits,
             std::filesystem::absolute("my_limits.yaml"));
+}
+
+TEST_F(PlanTest, AssetsAreFoldersWithAbsolutePaths) {
+  const auto folder = folder_.path() / "checkout";
+  const std::string with_assets =
+      std::string(kSmall) + "options: {assets: [\"roboeval=" + folder.string() + "/\"]}\n";
+  EXPECT_THAT(ErrorOf(with_assets), HasSubstr("is not a folder"));
+  std::filesystem::create_directories(folder);
+  EXPECT_THAT(Read(with_assets).options.sim.assets, ElementsAre("roboeval=" + folder.string() + "/"));
+  const std::string beside = std::string(kSmall) + "options: {assets: [roboeval=.]}\n";
+  EXPECT_THAT(Read(beside).options.sim.assets,
+              ElementsAre("roboeval=" + std::filesystem::absolute(".").lexically_normal().string()));
 }
 
 TEST_F(PlanTest, APolicyIsNotNamedAsAFileOfThePlan) {

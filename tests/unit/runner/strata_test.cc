@@ -25,6 +25,11 @@ TEST(Strata, OfPointsThatAreEqualAreTheirOrder) {
   EXPECT_THAT(Strata({{7}, {7}}, 2), ElementsAre(ElementsAre(0), ElementsAre(1)));
 }
 
+TEST(Strata, HaveOneChosenIndexEach) {
+  EXPECT_THAT(FirstOfEach({{0, 2}, {1, 3}, {4, 5}}, {0, 2, 3}), ElementsAre(0, 3));
+  EXPECT_TRUE(FirstOfEach({{0, 2}}, {}).empty());
+}
+
 TEST(Strata, CoverASquareMoreEvenlyThanDrawing) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform;

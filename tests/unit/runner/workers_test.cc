@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "base/errors.h"
 #include "base/run_layout.h"
 #include "tests/unit/temporary_folder.h"
@@ -22,6 +24,19 @@ TEST(EpisodesOfWorker, AreSharedOutOnceEach) {
   EXPECT_THAT(EpisodesOfWorker(episodes, 0, 1), episodes);
   EXPECT_THAT(EpisodesOfWorker({}, 0, 2), IsEmpty());
   EXPECT_THAT(EpisodesOfWorker({1}, 0, 2), IsEmpty());
+}
+
+TEST(OnlyOptions, HaveNoArgumentThatIsTooLong) {
+  EXPECT_THAT(OnlyOptions({}), IsEmpty());
+  EXPECT_THAT(OnlyOptions({3, 5}), ElementsAre("--only", "3,5"));
+  std::vector<int> many(10'001);
+  std::iota(many.begin(), many.end(), 1'000'000);
+  const std::vector<std::string> options = OnlyOptions(many);
+  ASSERT_EQ(options.size(), 4u);
+  // 10,000 numbers of seven digits, and the commas between them.
+  EXPECT_EQ(options[1].size(), 79'999u);
+  EXPECT_TRUE(options[1].starts_with("1000000,1000001,")) << options[1].substr(0, 20);
+  EXPECT_EQ(options[3], "1010000");
 }
 
 class WorkersListener : public RunListener {
