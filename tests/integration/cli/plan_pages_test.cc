@@ -126,17 +126,23 @@ TEST_F(PlanPages, AreWrittenAlsoIfThereIsNoFfmpeg) {
   EXPECT_TRUE(fs::exists(results_ / "report.html"));
 }
 
-// The first of three reports has begun when the plan is interrupted.
+// The plan is interrupted when the first of three reports has begun. On a loaded machine, all reports may
+// have been written when the signal arrives. Such an attempt is repeated.
 TEST_F(PlanPages, AreWrittenByResumeAfterAnInterruption) {
   WriteText(folder_.path() / "plan.yaml", "policies: [hold, random, expert]\ntasks: [" +
                                               ShortTask(folder_.path(), 0.1) + "/position]\nepisodes: 1\n");
   const std::vector<std::string> command = {"evalbus", "run",    folder_.path() / "plan.yaml",
                                             "--out",   results_, "--resume"};
-  Program plan(command);
-  ASSERT_TRUE(WaitFor([&] { return fs::exists(results_ / "hold/logs/report.log"); })) << plan.err();
-  plan.Signal(SIGINT);
-  EXPECT_EQ(plan.Wait(), 2);
-  EXPECT_THAT(plan.err(), HasSubstr("stopped before all pages were written"));
+  int code = 0;
+  for (int attempt = 0; attempt < 20 && code == 0; ++attempt) {
+    fs::remove_all(results_);
+    Program plan(command);
+    ASSERT_TRUE(WaitFor([&] { return fs::exists(results_ / "hold/logs/report.log"); })) << plan.err();
+    plan.Signal(SIGINT);
+    code = plan.Wait();
+    if (code != 0) EXPECT_THAT(plan.err(), HasSubstr("stopped before all pages were written"));
+  }
+  EXPECT_EQ(code, 2);
   EXPECT_FALSE(fs::exists(results_ / "report.html"));
   EXPECT_EQ(RunProgram(command).code, 0);
   for (const char* page : {"report.html", "hold/report.html", "random/report.html", "expert/report.html"})
