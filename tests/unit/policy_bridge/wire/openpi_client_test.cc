@@ -193,18 +193,18 @@ TEST(OpenpiClient, PassesOnTheServersText) {
 }
 
 TEST(OpenpiClient, ShowsTheWholeMessageOfAnException) {
-  const auto shown = [](const std::string& text) { return ErrorFromServer(text).what(); };
+  const auto shown = [](const std::string& text) { return std::string(ErrorFromServer(text).what()); };
   const std::string frames =
       "Traceback (most recent call last):\n  File \"policy.py\", line 3, in act\n    f()\n";
-  EXPECT_STREQ(shown(frames + "ValueError: my model broke\nsecond line\n\n  third\n"),
-               "the server reports: ValueError: my model broke; second line; third");
+  EXPECT_EQ(shown(frames + "ValueError: my model broke\nsecond line\n\n  third\n"),
+            "the server reports: ValueError: my model broke; second line; third");
   // The last of several chained exceptions is the error.
-  EXPECT_STREQ(shown(frames +
-                     "KeyError: 1\n\nDuring handling of the above exception, another exception "
-                     "occurred:\n\n" +
-                     frames + "RuntimeError: no\n"),
-               "the server reports: RuntimeError: no");
-  EXPECT_STREQ(shown("loading\r\nfailed\r\n"), "the server reports: failed");
+  EXPECT_EQ(shown(frames +
+                  "KeyError: 1\n\nDuring handling of the above exception, another exception "
+                  "occurred:\n\n" +
+                  frames + "RuntimeError: no\n"),
+            "the server reports: RuntimeError: no");
+  EXPECT_EQ(shown("loading\r\nfailed\r\n"), "the server reports: failed");
 }
 
 TEST(OpenpiClient, PrintsNothingThatATerminalWouldObey) {
