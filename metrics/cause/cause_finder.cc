@@ -27,8 +27,8 @@ constexpr double kReach = 0.4;
 constexpr double kPressed = 0.5, kTouched = 1;
 // A robot has stalled if it is at rest for the last kLastShare of the episode, and for at least kStill (s),
 // and made progress at most kPatience (s) before it came to rest. Otherwise, if it made progress within the
-// last kLastShare, the time ran out. If an object slides out of a hand after the robot has been at rest for
-// kStill, the cause is the stall.
+// last kLastShare and was not at rest for the last kStill, the time ran out. If an object slides out of a
+// hand after the robot has been at rest for kStill, the cause is the stall.
 constexpr double kLastShare = 0.2, kStill = 2, kPatience = 1.5;
 // An arm follows its commands with a delay, and is at rest this long (s) after they no longer change.
 constexpr double kCommandLag = 0.5;
@@ -139,7 +139,7 @@ double CauseFinder::Distance(const Measure& measure, const CauseSample& sample) 
 
 void CauseFinder::Add(const CauseSample& sample, std::span<const uint8_t> stage_reached,
                       std::span<const std::vector<condition_t>> conditions) {
-  rest_.Add(sample.tick, sample.joints, sample.commands);
+  rest_.Add(sample.tick, sample.joints, sample.commands, sample.opening, sample.closing);
   for (size_t arm = 0, first = 0; arm < arm_rest_.size(); ++arm) {
     const auto n = static_cast<size_t>(std::ranges::count(config_.joint_arm, static_cast<int>(arm)));
     const auto part = [&](std::span<const double> all) {
@@ -250,6 +250,13 @@ bool CauseFinder::AsksForLift(size_t object) const {
   });
 }
 
+// Returns whether success requires that no gripper, or a certain one, holds the object.
+bool CauseFinder::AsksForRelease(size_t object) const {
+  return std::ranges::any_of(conditions_.back(), [&](const condition_t& c) {
+    return IsOfHold(c) && IsNegated(c) && IsOf(c.subject, object);
+  });
+}
+
 // Returns whether the task requires that the object is released here. This is so if the object has not fallen
 // and all success conditions that involve only this object are met, including one about its release.
 bool CauseFinder::IsReleaseAsRequired(const CauseHold& hold) const {
@@ -306,6 +313,7 @@ void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMo
                         .object = hold.object,
                         .opened = hold.opened,
                         .closing = hold.closing,
+                        .put_down = hold.opened && !HasFallen(hold) && AsksForRelease(object),
                         .lifted = hold.peak_height - hold.first_height});
   }
 }
@@ -461,7 +469,8 @@ CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, con
   }
   // A slow robot may have come too little closer for its approach to count as progress.
   const bool is_slow = rest_.largest_step() <= kSlow * config_.dt && end.last_tick - rest < last_share;
-  if ((progress == 0 && is_slow) || end.last_tick - progress <= last_share) {
+  const bool has_stopped = end.last_tick - rest >= Ticks(kStill);
+  if ((progress == 0 && is_slow) || (end.last_tick - progress <= last_share && !has_stopped)) {
     return {.kind = cause_kind::kOutOfTime, .tick = end.last_tick, .made_progress = progress > 0};
   }
   const std::optional<CauseMoment> idle = IdleArm(end.last_tick);
@@ -480,6 +489,13 @@ CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const Cause
     return {.kind = end.reason == "collision" ? cause_kind::kCollision : cause_kind::kFailedCondition,
             .tick = end.last_tick};
   }
+  // An object that was put down is in the way of no later failure with another object.
+  const std::vector<CauseMoment> all = moments;
+  std::erase_if(moments, [&](const CauseMoment& moment) {
+    return moment.put_down && std::ranges::any_of(all, [&](const CauseMoment& other) {
+             return !other.put_down && other.object >= 0 && other.object != moment.object;
+           });
+  });
   CauseMoment first = *std::ranges::min_element(moments, {}, &CauseMoment::tick);
   if (first.gripper >= 0) {
     first.tried_again = std::ranges::any_of(closings_.closings(), [&](const EmptyClosing& closing) {

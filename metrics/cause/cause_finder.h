@@ -55,6 +55,8 @@ struct CauseMoment {
   int gripper = -1, object = -1;
   int arm = -1, entity = -1;
   bool opened = false, closing = false;
+  // The gripper put the object down without a fall, in a task that requires its release.
+  bool put_down = false;
   bool touches = false;      // a gripper that closed completely touches the object from outside
   bool stayed_open = false;  // a gripper came to the object and left it without closing
   double lifted = 0;         // m, by how much the object was lifted when it was lost
@@ -116,6 +118,7 @@ class CauseFinder {
   bool HeldAfter(int64_t tick, int object, int gripper) const;
   bool AsksForHold(size_t object, const std::string& gripper = {}) const;
   bool AsksForLift(size_t object) const;
+  bool AsksForRelease(size_t object) const;
   bool IsReleaseAsRequired(const CauseHold& hold) const;
   bool IsPullBeforeLift(const CauseHold& pull) const;
   bool IsMadeGood(const CauseHold& lost) const;

@@ -64,7 +64,9 @@ TEST_F(LatencyCurveTest, WithoutCompleteEpisodesHasDashes) {
   const auto folder = folder_.path() / "none";
   ordered_json info = RunInfo(4);
   info["latency"] = "90";
-  WriteRun(folder, info, {});
+  ordered_json line = EpisodeLine(0, false, {});
+  line["complete"] = false;
+  WriteRun(folder, info, {line});
   const std::vector<DelayPoint> points = {ReadDelayPoint(ReadRun(folder))};
   EXPECT_THAT(DelayTable(points), HasSubstr("  -"));
   EXPECT_THAT(DelayTable(points), Not(HasSubstr("nan")));
