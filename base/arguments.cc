@@ -30,14 +30,16 @@ std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv) {
   }
 }
 
-CLI::Validator FitsInt64() {
+CLI::Validator FitsInt64(bool is_list) {
   return CLI::Validator(
-      [](const std::string& text) {
+      [is_list](const std::string& text) {
         // CLI11 would read a number with a leading zero as octal.
         const size_t digit = text.starts_with('-') ? 1 : 0;
         const bool is_decimal = text.size() == digit + 1 || text.substr(digit, 1) != "0";
         if (is_decimal && NumberFrom<int64_t>(text)) return std::string();
-        return "expected a whole number of at most 64 bits, not '" + text + "'";
+        return (is_list ? "expected whole numbers of at most 64 bits, separated by commas, not '"
+                        : "expected a whole number of at most 64 bits, not '") +
+               text + "'";
       },
       "");
 }

@@ -23,8 +23,8 @@ void IgnoreFileSizeSignal();
 std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv);
 
 // Checks that a string is an integer of 64 bits. CLI11 itself reads an empty string as 0 and clamps a number
-// that is too large.
-CLI::Validator FitsInt64();
+// that is too large. is_list: whether the error states that a list is expected.
+CLI::Validator FitsInt64(bool is_list = false);
 
 // Checks that a string is not empty.
 CLI::Validator NotEmpty();
@@ -38,7 +38,7 @@ template <class Value>
 CLI::Option* AddList(CLI::App* app, const std::string& name, std::vector<Value>* values,
                      const std::string& help) {
   CLI::Option* const option = app->add_option(name, *values, help)->delimiter(',')->allow_extra_args(false);
-  if constexpr (std::is_integral_v<Value>) option->check(FitsInt64());
+  if constexpr (std::is_integral_v<Value>) option->check(FitsInt64(true));
   if constexpr (std::is_same_v<Value, std::string>) option->check(NotEmpty());
   return option;
 }

@@ -40,7 +40,7 @@ int64_t PlannedEpisodes(const nlohmann::json& run) {
 
 // Throws an InputError that explains why no bus is found for this run folder, suite or log.
 [[noreturn]] void NothingOf(const fs::path& folder) {
-  if (!fs::exists(folder)) throw InputError(folder.string() + ": there is no such run");
+  if (!fs::exists(folder)) throw InputError(folder.string() + ": no such run folder");
   const auto run = RunJson(folder);
   if (!run.is_object()) {
     if (fs::exists(folder / kSuiteJson) || fs::is_regular_file(folder)) {

@@ -14,6 +14,8 @@ namespace {
 //     {all: [{...}, {...}]}             list of expressions   operands
 //
 constexpr char kOperandKey[] = "when";
+// The expression in which users forget `when`.
+constexpr char kTimedName[] = "lasts";
 
 // An expression has exactly one entry, which is a map or a list of maps. Any other map contains arguments.
 bool IsExpression(const YamlValue& value) {
@@ -49,6 +51,9 @@ Expression ReadExpression(const YamlValue& value) {
     for (const YamlValue& entry : body.Entries()) {
       if (entry.key() == kOperandKey) {
         expression.operands.push_back(ReadExpression(entry));
+      } else if (entry.is_map() && body.key() == kTimedName) {
+        entry.Fail("expected a value, got a map; a predicate in 'lasts' is written as when: {" + entry.key() +
+                   ": {...}}");
       } else {
         CheckArgument(entry);
       }

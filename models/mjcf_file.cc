@@ -1,5 +1,6 @@
 #include "models/mjcf_file.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <vector>
 
@@ -32,8 +33,13 @@ std::unique_ptr<XMLDocument> Load(const std::filesystem::path& file, const std::
     ThrowFileError(file.string() + ": cannot be read", errno);
   }
   if (error != tinyxml2::XML_SUCCESS) {
-    throw InputError(file.string() + ":" + std::to_string(document->ErrorLineNum()) + ": not valid XML (" +
-                     document->ErrorName() + ")");
+    const std::string what =
+        error == tinyxml2::XML_ERROR_EMPTY_DOCUMENT ? "the file is empty"
+        : error == tinyxml2::XML_ERROR_MISMATCHED_ELEMENT
+            ? "the element that begins here is not closed, or closed by the end of another element"
+            : document->ErrorName();
+    throw InputError(file.string() + ":" + std::to_string(std::max(1, document->ErrorLineNum())) +
+                     ": not valid XML (" + what + ")");
   }
   XMLElement* root = document->RootElement();
   if (!root) throw InputError(file.string() + ":1: expected an MJCF model (<mujoco>)");

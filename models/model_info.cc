@@ -1,5 +1,7 @@
 #include "models/model_info.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -143,8 +145,12 @@ void CheckJoint(const mjModel& model, const std::string& name, bool is_angle, do
   }
   const double lower = model.jnt_range[2 * joint], upper = model.jnt_range[2 * joint + 1];
   if (model.jnt_limited[joint] && (position < lower || position > upper)) {
-    fail("cannot start at " + std::to_string(position) + ": its range is [" + std::to_string(lower) + ", " +
-         std::to_string(upper) + (is_angle ? "] rad" : "] m"));
+    const auto degrees = [](double rad) { return rad * 180 / std::numbers::pi; };
+    fail(is_angle ? fmt::format("cannot start at {:.6g} degrees ({:.6g} rad): its range is {:.6g} to {:.6g} "
+                                "degrees ({:.6g} to {:.6g} rad)",
+                                degrees(position), position, degrees(lower), degrees(upper), lower, upper)
+                  : fmt::format("cannot start at {:.6g} m: its range is {:.6g} to {:.6g} m", position, lower,
+                                upper));
   }
 }
 

@@ -116,7 +116,8 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
   };
   const auto width = static_cast<size_t>(policy_width + 2 + task_width);
   const bool colors = UsesColors(stdout);
-  fmt::print("{} runs of {}, {} at a time\n{}", jobs.size(), Plural(episodes, "episode"), workers,
+  fmt::print("{} of {}, {} at a time\n{}", Plural(static_cast<int64_t>(jobs.size()), "run"),
+             Plural(episodes, "episode"), workers,
              results::Tally::Title(name_of("policy", "task"), width, colors));
   std::fflush(stdout);
   runner::JobsProgress progress(jobs.size(), "runs", runs, episodes);

@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "base/text.h"
 #include "metrics/statistics/chance_to_decide.h"
 #include "results/comparison.h"
 #include "results/comparison_text.h"
@@ -61,7 +62,7 @@ Stop LookAtDifference(const PlanFolder& folder, const std::string& policy, const
 }
 
 std::string Stop::Text(const std::string& baseline, const Until& until) const {
-  std::string counts = fmt::format("{} pairs won and {} lost", success.a, success.b);
+  std::string counts = fmt::format("{} won and {} lost", Plural(success.a, "pair"), success.b);
   if (until.on_progress)
     counts += fmt::format(" by success; by progress, ahead in {} and behind in {}", progress.a, progress.b);
   counts += fmt::format("; {} at any look", results::PEquals(p_adjusted));

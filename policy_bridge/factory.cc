@@ -19,7 +19,8 @@ namespace {
 
 struct Row {
   std::string name;
-  // ":WHAT" if the policy needs an argument, "[:WHAT]" if the argument is optional, otherwise empty.
+  // Begins with ":WHAT" if the policy needs an argument, with "[:WHAT]" if the argument is optional.
+  // Otherwise empty.
   std::string argument;
   // Description in one line.
   std::string help;
@@ -38,23 +39,34 @@ PolicyMaker Make(const std::string&) {
   return [](const mjModel&, const model_info_t& info) { return std::make_unique<P>(info); };
 }
 
-PolicyMaker MakeScripted(const std::string& task) {
-  if (!task.empty()) CheckExpert(task);
-  return [task](const mjModel& model, const model_info_t& info) {
-    return MakeExpert(task.empty() ? info.task : task, model, info);
+// Makes the expert of `task`, or of the task that is evaluated if `task` is empty. policy: the user's text
+// without the task. Throws the errors of CheckExpert() for `task`.
+std::function<std::unique_ptr<Expert>(const mjModel&, const model_info_t&)> ExpertOf(
+    const std::string& task, const std::string& policy) {
+  const ExpertUser user{"policy \"" + policy + "\"", policy + ":TASK"};
+  if (!task.empty()) CheckExpert(task, user);
+  return [task, user](const mjModel& model, const model_info_t& info) {
+    return MakeExpert(task.empty() ? info.task : task, model, info, user);
   };
 }
 
+PolicyMaker MakeScripted(const std::string& task) { return ExpertOf(task, "expert"); }
+
 PolicyMaker MakeNoisy(const std::string& text) {
   double amplitude = NoisyPolicy::kAmplitude;
-  if (!text.empty()) {
-    amplitude = NumberFrom<double>(text).value_or(-1);
+  const size_t colon = text.find(':');
+  std::string number = text.substr(0, colon), task = colon == std::string::npos ? "" : text.substr(colon + 1);
+  if (colon == std::string::npos && HasExpert(number)) std::swap(number, task);
+  if (!text.empty() && !number.empty()) {
+    amplitude = NumberFrom<double>(number).value_or(-1);
     if (!(amplitude >= 0 && amplitude <= 1)) {
-      throw InputError("noisy_expert:" + text + ": expected the maximum deviation of a joint, 0 to 1 rad");
+      throw InputError("noisy_expert:" + text +
+                       ": expected the maximum deviation of a joint, 0 to 1 rad, or a task with an expert");
     }
   }
-  return [amplitude](const mjModel& model, const model_info_t& info) {
-    return std::make_unique<NoisyPolicy>(MakeExpert(info.task, model, info), info, amplitude);
+  return [amplitude, expert = ExpertOf(task, "noisy_expert" + (number.empty() ? "" : ":" + number))](
+             const mjModel& model, const model_info_t& info) {
+    return std::make_unique<NoisyPolicy>(expert(model, info), info, amplitude);
   };
 }
 
@@ -71,9 +83,13 @@ PolicyMaker MakeDemo(const std::string& path) {
   };
 }
 
-PolicyMaker MakeFlawed(const std::string& flaw_name) {
-  return [flaw = FindFlaw(flaw_name)](const mjModel& model, const model_info_t& info) {
-    return std::make_unique<FlawedPolicy>(MakeExpert(info.task, model, info), flaw, model, info);
+PolicyMaker MakeFlawed(const std::string& text) {
+  const size_t colon = text.find(':');
+  const std::string name = text.substr(0, colon),
+                    task = colon == std::string::npos ? "" : text.substr(colon + 1);
+  return [flaw = FindFlaw(name), expert = ExpertOf(task, "flawed_expert:" + name)](const mjModel& model,
+                                                                                   const model_info_t& info) {
+    return std::make_unique<FlawedPolicy>(expert(model, info), flaw, model, info);
   };
 }
 
@@ -84,7 +100,7 @@ std::vector<Row>& Policies() {
       {"expert", "[:TASK]",
        "scripted expert of the task; TASK: the expert of another task, for a copy of that task",
        MakeScripted},
-      {"noisy_expert", "[:RAD]",
+      {"noisy_expert", "[:RAD][:TASK]",
        "the expert with noisy joints, which sometimes misses; RAD: maximum deviation, default 0.09",
        MakeNoisy},
       {"random", "", "random smooth motion around home", Make<RandomPolicy>},
@@ -94,7 +110,7 @@ std::vector<Row>& Policies() {
        "the same, even with another task, variation, robot, control rate or seed", MakeReplay<true>},
       {"demo", ":FILE_OR_FOLDER",
        "replays demonstrations of RoboEval (safetensors), one for each episode, open loop", MakeDemo},
-      {"flawed_expert", ":FLAW", "the expert fails on purpose: " + FlawNames(), MakeFlawed},
+      {"flawed_expert", ":FLAW[:TASK]", "the expert fails on purpose: " + FlawNames(), MakeFlawed},
   };
   return rows;
 }

@@ -56,14 +56,17 @@ std::string LatexCell(const std::string& text) {
 std::vector<std::string> SuccessCells(const Comparison& comparison, const std::string& task,
                                       const SuccessComparison& success) {
   const auto points = [](double share) { return PercentagePoints(share, 1); };
+  const bool has_both = success.has_both_sides();
   return {task,
           comparison.run.name,
           fmt::format("{}/{}", success.successes, success.trials),
           comparison.baseline.name,
           fmt::format("{}/{}", success.baseline_successes, success.baseline_trials),
-          points(success.difference),
-          fmt::format("{} to {}", points(success.difference_95.lower), points(success.difference_95.upper)),
-          results::PText(success.p_adjusted)};
+          has_both ? points(success.difference) : "-",
+          has_both ? fmt::format("{} to {}", points(success.difference_95.lower),
+                                 points(success.difference_95.upper))
+                   : "-",
+          has_both ? results::PText(success.p_adjusted) : "-"};
 }
 
 std::string HowTested(const std::vector<Comparison>& comparisons) {

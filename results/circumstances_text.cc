@@ -64,10 +64,10 @@ std::string Sentence(const Circumstance& parameter, int tested) {
 std::string SentenceOfNone(const RunCircumstances& run) {
   const std::string episodes = Plural(run.episodes.trials, "episode");
   if (run.episodes.trials == 0) return "No complete episode to test.";
-  if (run.episodes.successes == run.episodes.trials)
-    return "Nothing to explain: all " + episodes + " succeeded.";
+  const std::string all = run.episodes.trials == 1 ? "the only episode" : "all " + episodes;
+  if (run.episodes.successes == run.episodes.trials) return "Nothing to explain: " + all + " succeeded.";
   if (run.episodes.successes == 0)
-    return "No parameter of the start separates successes from failures: all " + episodes + " failed.";
+    return "No parameter of the start separates successes from failures: " + all + " failed.";
   if (run.parameters.empty()) return "No parameter of the start differs between the episodes.";
   double smallest = 1;
   for (const Circumstance& parameter : run.parameters) smallest = std::min(smallest, parameter.p_holm);
@@ -161,7 +161,9 @@ std::string CircumstancesText(const RunCircumstances& run, bool colors) {
     text += Styled(sentence, Style::kStrong, colors) + "\n";
   text += fmt::format("{}, {}: {} of {} succeeded\n", Printable(run.task), Printable(run.policy),
                       run.episodes.successes, Plural(run.episodes.trials, "episode"));
-  if (run.parameters.empty()) return text;
+  // If all outcomes are equal, each p is 1.
+  const bool has_both = run.episodes.successes > 0 && run.episodes.successes < run.episodes.trials;
+  if (run.parameters.empty() || !has_both) return text;
   int width = 9;
   for (const Circumstance& parameter : run.parameters) width = std::max(width, Width(LabelOf(parameter)));
   text +=

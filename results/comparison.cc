@@ -718,7 +718,7 @@ std::string MetricComparison::word() const {
 
 void SuccessComparison::Test() {
   test = paired ? SuccessTest::kMcNemar : SuccessTest::kFisher;
-  if (trials == 0 || baseline_trials == 0) {
+  if (!has_both_sides()) {
     difference_95 = {-1, 1};
     return;
   }

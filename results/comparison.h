@@ -59,6 +59,9 @@ struct SuccessComparison : SuccessCounts {
   // Number of comparisons for which p is adjusted.
   int family = 1;
 
+  // Returns false if a side has no complete episode with a verdict. There is then no difference, interval or
+  // p.
+  bool has_both_sides() const { return trials > 0 && baseline_trials > 0; }
   // Returns true if `samples` has fewer episodes. Its difference may then be another one than `difference`.
   bool has_fewer_samples() const {
     return samples.trials < trials || samples.baseline_trials < baseline_trials;

@@ -60,21 +60,23 @@ ordered_json Json(const ComparedRuns& runs) {
 }  // namespace
 
 ordered_json SuccessJson(const SuccessComparison& success) {
-  ordered_json json = {{"successes", success.successes},
-                       {"episodes", success.trials},
-                       {"baseline_successes", success.baseline_successes},
-                       {"baseline_episodes", success.baseline_trials},
-                       {"difference", success.difference},
-                       {"difference_95", Json(success.difference_95)},
-                       {"interval", success.paired ? "Newcombe, paired" : "Newcombe"},
-                       {"test", TestWord(success.test)},
-                       {"samples", success.samples.trials},
-                       {"baseline_samples", success.samples.baseline_trials},
-                       {"p", success.p},
-                       {"p_holm", success.p_adjusted}};
+  const auto known = [&](double value) { return success.has_both_sides() ? ordered_json(value) : nullptr; };
+  ordered_json json = {
+      {"successes", success.successes},
+      {"episodes", success.trials},
+      {"baseline_successes", success.baseline_successes},
+      {"baseline_episodes", success.baseline_trials},
+      {"difference", known(success.difference)},
+      {"difference_95", {known(success.difference_95.lower), known(success.difference_95.upper)}},
+      {"interval", success.paired ? "Newcombe, paired" : "Newcombe"},
+      {"test", TestWord(success.test)},
+      {"samples", success.samples.trials},
+      {"baseline_samples", success.samples.baseline_trials},
+      {"p", known(success.p)},
+      {"p_holm", known(success.p_adjusted)}};
   // The power of the test of a plan with `until` depends on the plan's looks.
   const bool has_outlook = success.test != SuccessTest::kSequentialMcNemar;
-  if (has_outlook && success.trials > 0 && success.baseline_trials > 0) {
+  if (has_outlook && success.has_both_sides()) {
     const Outlook outlook = OutlookOf(success);
     json["findable_difference"] = Json(outlook.findable);
     json["episodes_needed"] = outlook.needed ? ordered_json(*outlook.needed) : ordered_json();

@@ -145,6 +145,13 @@ std::string ComparedTable(const std::string& title, int label, const std::vector
 
 ComparedRow SuccessRow(const std::string& label, const SuccessComparison& success) {
   const auto rate = [](int k, int n) { return Percent(static_cast<double>(k) / n); };
+  if (!success.has_both_sides()) {
+    return {label,
+            rate(success.baseline_successes, success.baseline_trials),
+            rate(success.successes, success.trials),
+            {"-", "-", "-", "-"},
+            ""};
+  }
   return {label,
           rate(success.baseline_successes, success.baseline_trials),
           rate(success.successes, success.trials),
@@ -180,6 +187,7 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
   std::string text = ComparedTable("", label_width, rows, comparison, width, colors);
   if (!equal.empty())
     text += WrappedToFit(fmt::format("{}: {}", EqualTitle(task), fmt::join(equal, "; ")), 2, width) + "\n";
+  if (!task.paired && (task.complete == 0 || task.baseline_complete == 0)) return text;
   std::string adjusted = kIntervalsAreSingle;
   if (rows.size() > 1) {
     adjusted = fmt::format("Holm: p of metrics adjusted for {}. {}",
@@ -270,7 +278,8 @@ std::string ComparisonText(const Comparison& comparison, bool ratios, bool color
       WrappedToFit(title, 0, width) + "\n\n" + ConclusionText(comparison, width, colors) + "\n";
   text += one ? MetricTable(comparison.tasks[0], comparison, width, colors)
               : SuiteTable(comparison, width, colors);
-  if (one && ratios) text += RatioTable(comparison.tasks[0], comparison, width);
+  if (one && ratios && comparison.success.has_both_sides())
+    text += RatioTable(comparison.tasks[0], comparison, width);
   if (!comparison.remarks.empty()) text += "\n";
   for (const std::string& remark : comparison.remarks)
     text += WrappedToFit("note: " + remark, 2, width) + "\n";
@@ -278,8 +287,9 @@ std::string ComparisonText(const Comparison& comparison, bool ratios, bool color
 }
 
 std::string ConclusionText(const Comparison& comparison, int width, bool colors) {
+  const std::string evidence = Evidence(comparison);
   return WrappedToFit(Styled(Headline(comparison) + ".", Style::kStrong, colors), 0, width) + "\n" +
-         WrappedToFit(Evidence(comparison), 0, width) + "\n";
+         (evidence.empty() ? "" : WrappedToFit(evidence, 0, width) + "\n");
 }
 
 }  // namespace evalbus::results

@@ -140,11 +140,14 @@ std::string DifferenceText(const SuccessComparison& success) {
 std::string Headline(const Comparison& comparison) {
   const SuccessComparison& success = comparison.success;
   const std::string &run = comparison.run.name, &baseline = comparison.baseline.name;
-  if (success.trials == 0 || success.baseline_trials == 0) {
+  if (!success.has_both_sides()) {
     if (HasVerdicts(comparison, &SuccessCounts::trials) &&
         HasVerdicts(comparison, &SuccessCounts::baseline_trials))
       return "No conclusion: no task has episodes with a verdict on both sides";
     if (success.paired) return "No conclusion: no pair of episodes has a verdict on both sides";
+    if (!HasComplete(comparison, &TaskComparison::complete) &&
+        !HasComplete(comparison, &TaskComparison::baseline_complete))
+      return fmt::format("No conclusion: neither {} nor {} has a complete episode", run, baseline);
     const auto side = success.trials == 0 ? &TaskComparison::complete : &TaskComparison::baseline_complete;
     return fmt::format("No conclusion: {} has no complete episode{}", success.trials == 0 ? run : baseline,
                        HasComplete(comparison, side) ? " with a verdict" : "");
@@ -216,7 +219,7 @@ std::string Evidence(const Comparison& comparison) {
         "variation. ",
         run, task.task, task.variation, baseline, task.task, task.baseline_variation);
   }
-  if (success.trials == 0 || success.baseline_trials == 0) return text;
+  if (!success.has_both_sides()) return text;
   std::string test = TestName(success.test);
   // This applies even if adjusting did not change p, as for the largest p of a family.
   if (success.family > 1) {

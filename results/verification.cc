@@ -44,7 +44,7 @@ void Collect(Verification* result, const Check& check) {
 void CheckFolderKind(const fs::path& folder) {
   if (IsResultsFolder(folder)) return;
   throw InputError(folder.string() +
-                   (fs::exists(folder) ? ": neither a run, a suite nor a plan" : ": no such folder"));
+                   (fs::exists(folder) ? ": neither a run, a suite nor a plan" : ": no such run folder"));
 }
 
 // Adds a finding for each value that differs. where: origin of the computed value.

@@ -47,14 +47,15 @@ sim::PreparedScene SceneOf(const results::RecordedRun& run) {
 
 class NoReturnFinder::Impl {
  public:
-  explicit Impl(const results::RecordedRun& run)
+  Impl(const results::RecordedRun& run, const std::string& expert)
       : run_(run.folder),
         seed_stream_(run.seed_stream),
         scene_(SceneOf(run)),
         world_(scene_.scene.physics.get(), scene_.info, scene_.robot, scene_.task, scene_.info.substeps),
         checker_(scene_.scene.physics.get(), scene_.info),
         scorer_(scene_.info, scene_.task),
-        expert_(policy::MakeExpert(scene_.task.name, *scene_.scene.physics, scene_.info)) {}
+        expert_(policy::MakeExpert(expert.empty() ? scene_.task.name : expert, *scene_.scene.physics,
+                                   scene_.info, {run.folder.string(), "--expert TASK"})) {}
 
   NoReturn Find(int episode) {
     Read(episode);
@@ -204,7 +205,8 @@ class NoReturnFinder::Impl {
   contacts_t contacts_{};
 };
 
-NoReturnFinder::NoReturnFinder(const results::RecordedRun& run) : impl_(std::make_unique<Impl>(run)) {}
+NoReturnFinder::NoReturnFinder(const results::RecordedRun& run, const std::string& expert)
+    : impl_(std::make_unique<Impl>(run, expert)) {}
 NoReturnFinder::~NoReturnFinder() = default;
 NoReturn NoReturnFinder::Find(int episode) { return impl_->Find(episode); }
 

@@ -205,11 +205,11 @@ void RunOne(RunOptions options, const RunOutput& output = {}) {
                (shown / kEpisodesFolder / "*" / viz::VideoName(camera)).string(), SecondsSince(started));
   }
   if (summary.statistics.episodes < run.num_wanted() && run.options.watch) {
-    fmt::print("stopped after {} of {} episodes\n", summary.statistics.episodes, run.num_wanted());
+    fmt::print("stopped after {} of {}\n", summary.statistics.episodes, Plural(run.num_wanted(), "episode"));
   } else if (summary.statistics.episodes < run.num_wanted()) {
     throw EnvironmentError(
-        fmt::format("stopped after {} of {} episodes; to resume, run the same command with --out {} --resume",
-                    summary.statistics.episodes, run.num_wanted(), shown.string()));
+        fmt::format("stopped after {} of {}; to resume, run the same command with --out {} --resume",
+                    summary.statistics.episodes, Plural(run.num_wanted(), "episode"), shown.string()));
   }
   if (without_video > 0) {
     throw EnvironmentError(fmt::format(

@@ -139,7 +139,8 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const R
   };
   const std::set<int> only(options.only.begin(), options.only.end());
   const int episodes = only.empty() ? options.episodes : static_cast<int>(only.size());
-  fmt::print("{} runs of {}  policy {}  seed {}  {} at a time\n", tasks.size(), Plural(episodes, "episode"),
+  fmt::print("{} of {}  policy {}  seed {}  {} at a time\n",
+             Plural(static_cast<int64_t>(tasks.size()), "run"), Plural(episodes, "episode"),
              PolicyName(options), options.seed, options.workers);
   const bool colors = UsesColors(stdout);
   fmt::print("{}", results::Tally::Title("task", width, colors));

@@ -60,8 +60,12 @@ Action AddCollect(CLI::App* app) {
   return [options, app] {
     runner::RunOptions& wanted = options->run;
     if (options->noise) {
-      if (wanted.policy.policy != "expert") throw InputError("--noise requires --policy expert");
-      if (*options->noise > 0) wanted.policy.policy = fmt::format("noisy_expert:{}", *options->noise);
+      // "expert" or "expert:TASK" becomes "noisy_expert:RAD" or "noisy_expert:RAD:TASK".
+      const std::string policy = wanted.policy.policy, name = "expert";
+      if (policy != name && !policy.starts_with(name + ":"))
+        throw InputError("--noise requires --policy expert or expert:TASK");
+      if (*options->noise > 0)
+        wanted.policy.policy = fmt::format("noisy_expert:{}{}", *options->noise, policy.substr(name.size()));
     }
     runner::FollowContract(app->count("--control-hz") > 0, false, &wanted);
     runner::Collect(wanted);

@@ -74,8 +74,8 @@ void Show(const Plan& plan, bool probe) {
   const int64_t all = int64_t{runs} * episodes;
   // With `until`, these episodes are run before the first test.
   const char* const least = plan.until ? "at least " : "";
-  fmt::print("episodes  {} of each policy and task, seed {}: {} runs, {}{} episodes\n", episodes,
-             plan.options.seed, runs, least, all);
+  fmt::print("episodes  {} of each policy and task, seed {}: {}, {}{}\n", episodes, plan.options.seed,
+             Plural(runs, "run"), least, Plural(all, "episode"));
   fmt::print("videos    {}\n", plans::VideosText(plan.videos));
   const bool has_width = plan.until && plan.until->width;
   if (has_width) {

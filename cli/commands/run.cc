@@ -87,6 +87,7 @@ void AddPlanOptions(CLI::App* app, PlanOptions* options) {
 // Reads the options of a run, or of the runs of a suite; returns the tasks.
 std::vector<std::string> TakeOptionsOf(const fs::path& folder, runner::RunOptions* options) {
   std::vector<std::string> tasks;
+  if (!fs::exists(folder)) throw InputError("--like " + folder.string() + ": no such run folder");
   const auto take = [&](const fs::path& run) {
     const fs::path file = run / kRunJson;
     const std::vector<std::string> newer =

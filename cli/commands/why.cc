@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -39,6 +40,8 @@ struct WhyOptions {
   // Episodes whose point of no return is searched for. If `failures` is true, these are all failures.
   std::vector<int> episodes;
   bool failures = false;
+  // Task whose expert takes over; empty: the task of each run.
+  std::string expert;
   // JSON file to write; empty: none.
   fs::path json;
 };
@@ -82,10 +85,22 @@ void CheckEpisodes(const std::vector<results::RecordedRun>& runs, const std::vec
   }
 }
 
+// Prints the causes of failed episodes.
+void PrintCauses(const results::RecordedRun& run, const std::vector<int>& wanted) {
+  if (wanted.empty()) return;
+  fmt::print("\nepisode  cause\n");
+  for (const results::RecordedEpisode& episode : run.episodes) {
+    if (std::ranges::find(wanted, episode.episode) == wanted.end()) continue;
+    const std::string& text = episode.cause.text;
+    fmt::print("{:>7}  {}\n", episode.episode, Printable(text.empty() ? episode.explanation : text));
+  }
+  std::fflush(stdout);
+}
+
 // Finds points of no return and adds them to the run's no_return.json. Throws InputError or EnvironmentError.
-void FindNoReturns(const results::RecordedRun& run, const WhyOptions& options) {
-  const std::vector<int> wanted = options.failures ? FailedEpisodes(run) : options.episodes;
-  runner::NoReturnFinder finder(run);
+void FindNoReturns(const results::RecordedRun& run, const std::vector<int>& wanted,
+                   const std::string& expert) {
+  runner::NoReturnFinder finder(run, expert);
   runner::ProgressLine line(wanted.size(), "searching");
   for (size_t k = 0; k < wanted.size(); ++k) {
     line.Show(static_cast<double>(k));
@@ -93,29 +108,34 @@ void FindNoReturns(const results::RecordedRun& run, const WhyOptions& options) {
   }
 }
 
-void PrintNoReturns(const results::RecordedRun& run, const results::RunCircumstances& found) {
+void PrintNoReturns(const results::RecordedRun& run, const std::string& expert) {
   const results::NoReturns points = results::ReadNoReturns(run.folder);
-  if (!points.empty()) {
-    fmt::print("\nepisode\n");
-  } else if (found.episodes.successes < found.episodes.trials && policy::HasExpert(run.task)) {
-    fmt::print("\npoints of no return: {}\n",
-               ShellWords({"evalbus", "why", run.folder.string(), "--failures"}));
-  }
+  if (!points.empty()) fmt::print("\nepisode  point of no return\n");
   for (const auto& [episode, point] : points)
     fmt::print("{:>7}  {}\n", episode, results::NoReturnText(point));
+  const bool is_complete =
+      std::ranges::all_of(FailedEpisodes(run), [&](int episode) { return points.contains(episode); });
+  if (is_complete || !policy::HasExpert(expert.empty() ? run.task : expert)) return;
+  std::vector<std::string> command = {"evalbus", "why", run.folder.string(), "--failures"};
+  if (!expert.empty()) command.insert(command.end(), {"--expert", expert});
+  fmt::print("\n{}: {}\n", points.empty() ? "points of no return" : "those of all failures",
+             ShellWords(command));
 }
 
 // Returns the exit code, which is always 0. Throws InputError or EnvironmentError.
 int Explain(const WhyOptions& options) {
   const std::vector<results::RecordedRun> runs = ReadAll(options.runs);
   CheckEpisodes(runs, options.episodes);
+  if (!options.expert.empty()) policy::CheckExpert(options.expert, {"--expert", "--expert TASK"});
   std::vector<const results::RecordedRun*> all;
   for (const results::RecordedRun& run : runs) all.push_back(&run);
   const std::vector<results::RunCircumstances> found = results::FindCircumstances(all);
   for (size_t i = 0; i < found.size(); ++i) {
     fmt::print("{}{}", i == 0 ? "" : "\n", results::CircumstancesText(found[i], UsesColors(stdout)));
-    if (options.failures || !options.episodes.empty()) FindNoReturns(runs[i], options);
-    PrintNoReturns(runs[i], found[i]);
+    const std::vector<int> wanted = options.failures ? FailedEpisodes(runs[i]) : options.episodes;
+    PrintCauses(runs[i], wanted);
+    if (!wanted.empty()) FindNoReturns(runs[i], wanted, options.expert);
+    PrintNoReturns(runs[i], options.expert);
   }
   if (!options.json.empty()) {
     nlohmann::ordered_json json = results::CircumstancesJson(found);
@@ -134,9 +154,11 @@ Action AddWhy(CLI::App* app) {
   app->add_option("runs", options->runs, "folders of runs, suites or plans")->required();
   AddList(
       app, "--episode", &options->episodes,
-      "also find the point of no return of these failed episodes: the last tick from which the expert still "
-      "succeeds;\nit is kept in RUN/no_return.json, for the page and the report")
+      "also print the cause of these failed episodes, and find the point of no return: the last tick from "
+      "which the\nexpert still succeeds; it is kept in RUN/no_return.json, for the page and the report")
       ->excludes(app->add_flag("--failures", options->failures, "the same for all failed episodes"));
+  app->add_option("--expert", options->expert,
+                  "task whose expert is used, if the run's task is a copy of it, for example lift_pot");
   app->add_option("--json", options->json, "also write the results to this file, as JSON")
       ->check(CheckOutputFile);
   return [options] { return Explain(*options); };

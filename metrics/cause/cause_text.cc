@@ -47,11 +47,11 @@ std::string Listed(const std::vector<condition_t>& conditions) {
 }
 
 // Returns, for example, "height of pot reached 0.997 m, at least 1.096 m is needed", "height of pot reached
-// 1.097 m and was 0.951 m at the end, at least 1.096 m is needed", or "not met: left holds pot".
+// 1.097 m and was 0.951 m at the end, at least 1.096 m is needed", or "condition not met: left holds pot".
 std::string Reached(const condition_t& condition, const BestOfCondition& best) {
   const std::string text = Words(condition.text);
   // The number of `lasts` is a duration, but its text may contain a limit of another number.
-  if (IsDuration(condition)) return "not met: " + text;
+  if (IsDuration(condition)) return "condition not met: " + text;
   for (const std::string_view limit : {" at least ", " at most ", " between "}) {
     const size_t at = text.find(limit);
     const std::string quantity = text.substr(0, at);
@@ -67,7 +67,7 @@ std::string Reached(const condition_t& condition, const BestOfCondition& best) {
     return fmt::format("{} reached {}{}, {} is needed", quantity, shown(best.value), at_end,
                        text.substr(at + 1));
   }
-  return "not met: " + text;
+  return "condition not met: " + text;
 }
 
 }  // namespace

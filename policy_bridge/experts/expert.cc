@@ -156,21 +156,22 @@ const std::map<std::string, Factory>& Experts() {
 
 bool HasExpert(const std::string& task) { return Experts().contains(FamilyOf(task)); }
 
-void CheckExpert(const std::string& task) {
+void CheckExpert(const std::string& task, const ExpertUser& user) {
   if (HasExpert(task)) return;
   std::string known;
   for (const auto& [name, unused] : Experts()) known += (known.empty() ? "" : ", ") + name;
-  throw InputError("policy \"expert\": task \"" + task + "\" has no expert; tasks with one: " + known +
-                   " (expert:TASK uses the expert of another task)");
+  throw InputError(user.name + ": task \"" + task + "\" has no expert; tasks with one: " + known +
+                   " (for a copy of one of them, use " + user.usage + ")");
 }
 
-std::unique_ptr<Expert> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info) {
-  CheckExpert(task);
+std::unique_ptr<Expert> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info,
+                                   const ExpertUser& user) {
+  CheckExpert(task, user);
   try {
     return Experts().at(FamilyOf(task))(model, info);
   } catch (const InputError& error) {
     // For example, the tray of roboeval/lift_tray lacks the sites that the tray of lift_tray has.
-    throw InputError(std::string("policy \"expert\": ") + error.what());
+    throw InputError(user.name + ": " + error.what());
   }
 }
 

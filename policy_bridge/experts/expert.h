@@ -79,13 +79,21 @@ void NeedTwoArms(const model_info_t& info);
 // Writes a configuration as an action.
 void SetAction(const Configuration& configuration, action_t* action);
 
+// The policy or command that requires an expert, for error messages.
+struct ExpertUser {
+  std::string name = "policy \"expert\"";
+  // What a user types to select the expert of another task, for example "expert:TASK".
+  std::string usage = "expert:TASK";
+};
+
 bool HasExpert(const std::string& task);
 // Throws InputError with the supported tasks if there is no expert for this one.
-void CheckExpert(const std::string& task);
+void CheckExpert(const std::string& task, const ExpertUser& user = {});
 
 // Creates the scripted expert for a task, which is selected by the name of the task's family. `model` may be
 // a copy of the task under another name. Throws the errors of CheckExpert(), and InputError if the model does
 // not fit the expert.
-std::unique_ptr<Expert> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info);
+std::unique_ptr<Expert> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info,
+                                   const ExpertUser& user = {});
 
 }  // namespace evalbus::policy

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "base/text.h"
 #include "policy_bridge/actions/action_converter.h"
 #include "policy_bridge/remote/chunk.h"
 #include "policy_bridge/remote/server_claims.h"
@@ -100,8 +101,9 @@ class Check {
   void Call(const Value& observation) {
     first_ = Call(observation, &report_.first_call_s);
     report_.num_steps = static_cast<int>(first_.rows.size());
-    Good(fmt::format("answers: {} steps of {} values; {} are executed, at {:g} Hz", report_.num_steps,
-                     contract_.actions.num_values, contract_.execute_steps, contract_.rate_hz));
+    Good(fmt::format("answers: {} of {}; {} {} executed, at {:g} Hz", Plural(report_.num_steps, "step"),
+                     Plural(contract_.actions.num_values, "value"), contract_.execute_steps,
+                     contract_.execute_steps == 1 ? "is" : "are", contract_.rate_hz));
     const auto num_values = static_cast<size_t>(contract_.actions.num_values);
     report_.least.assign(num_values, std::numeric_limits<double>::infinity());
     report_.most.assign(num_values, -std::numeric_limits<double>::infinity());

@@ -198,6 +198,8 @@ def read_run(folder) -> Run:
     Raises InputError, with file and line, if the folder is not a valid run.
     """
     folder = _path(folder)
+    if not folder.exists():
+        raise InputError(f"{folder}: no such run folder")
     if (folder / "suite.json").exists():
         raise InputError(f"{folder} is a suite; read one of its runs: {', '.join(_names_of_runs(folder))}")
     if not (folder / "run.json").exists():

@@ -75,6 +75,14 @@ void TaskRow(const std::string& name, const results::SuccessComparison& success,
     html->Element("th", {{"scope", "row"}}, name);
     rate(success.baseline_successes, success.baseline_trials);
     rate(success.successes, success.trials);
+    if (!success.has_both_sides()) {
+      NumberCell(kUnknown, "-", html);
+      html->Element("td", {{"class", "bar"}}, "");
+      html->Element("td", {{"class", "number minor"}}, "-");
+      NumberCell(kUnknown, "-", html);
+      html->Element("td", {}, "");
+      return;
+    }
     NumberCell(success.difference, WithMinus(results::DifferenceInPoints(success)), html);
     html->Element("td", {{"class", "bar"}}, [&] {
       DrawDifference(success.difference, interval.lower, interval.upper, false,
@@ -143,7 +151,7 @@ void WriteSuccess(const results::Comparison& comparison, Markup* html) {
       SideRow(comparison.baseline.name, "side-a", success.baseline_successes, success.baseline_trials,
               success.samples.baseline_trials, html);
       SideRow(comparison.run.name, "side-b", success.successes, success.trials, success.samples.trials, html);
-      if (success.trials > 0 && success.baseline_trials > 0) DifferenceRow(success, html);
+      if (success.has_both_sides()) DifferenceRow(success, html);
     });
   });
   if (comparison.tasks.size() < 2) return;

@@ -151,6 +151,7 @@ ordered_json Against(const WithBaseline& compared, bool is_final) {
   if (!compared.remark.empty()) return {{"remark", compared.remark}};
   if (!compared.comparison) return nullptr;
   const results::SuccessComparison& success = compared.comparison->success;
+  if (!success.has_both_sides()) return nullptr;
   return {{"difference", viz::NumberOrNull(success.difference)},
           {"interval",
            {viz::NumberOrNull(success.difference_95.lower), viz::NumberOrNull(success.difference_95.upper)}},

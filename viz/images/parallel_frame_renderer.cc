@@ -26,7 +26,7 @@ constexpr size_t kAhead = 4;
 constexpr int64_t kLookNs = 100000000;
 
 void CheckStop() {
-  if (stop_requested()) throw EnvironmentError("stopped; no video is half-written");
+  if (stop_requested()) throw EnvironmentError("stopped; the unfinished video is not kept");
 }
 
 // A child process that draws every `step`-th frame of a video. It inherits a copy of all objects of this

@@ -173,7 +173,7 @@ void VideoWriter::Close() {
 }
 
 void VideoWriter::CheckTimeout(Wait* waiting) const {
-  if (stop_requested()) throw EnvironmentError("stopped; no video is half-written");
+  if (stop_requested()) throw EnvironmentError("stopped; the unfinished video is not kept");
   if (waiting->Elapsed(std::chrono::steady_clock::now()) < timeout_) return;
   Fail(fmt::format("it hung: no progress for {:g} s", std::chrono::duration<double>(timeout_).count()));
 }

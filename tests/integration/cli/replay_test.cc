@@ -417,7 +417,7 @@ TEST_F(Recorded, WrongInputGetsOneLine) {
        text.string() + ": no episode in this log (EVALBUS_MODEL and EVALBUS_EPISODE_BEGIN)"},
       {{"replay", text},
        text.string() + ": no episode in this log (EVALBUS_MODEL and EVALBUS_EPISODE_BEGIN)"},
-      {{"replay", run, "--episode", "7"}, run + " has no finished episode 7; it has 1, 0 to 0"},
+      {{"replay", run, "--episode", "7"}, run + " has no finished episode 7; it has 1 episode: 0"},
       {{"replay", log_, "--episode", "0"},
        "--episode: " + log_.string() + " is not a run folder; a log is used as a whole"},
       {{"export", log_, "--mcap", "--episode", "0"},

@@ -25,6 +25,7 @@ class Why : public testing::Test {
 TEST_F(Why, ThePointOfNoReturnLeavesTheExpertItsTime) {
   const fs::path expert = Run("expert"), still = Run("hold");
   const std::string lines = ReadText(expert / "episodes.jsonl");
+  const std::string lines_of_still = ReadText(still / "episodes.jsonl");
   const double needed = json::parse(lines.substr(0, lines.find('\n')))["metrics"]["completion_time"];
   const Result result =
       RunProgram({"evalbus", "why", still, "--episode", "0", "--json", folder_.path() / "why.json"});
@@ -40,6 +41,12 @@ TEST_F(Why, ThePointOfNoReturnLeavesTheExpertItsTime) {
   EXPECT_SAYS(result.out,
               "No parameter of the start separates successes from failures: all 2 episodes failed.");
   EXPECT_SAYS(result.out, points["0"]["text"].get<std::string>());
+  const std::string first = lines_of_still.substr(0, lines_of_still.find('\n'));
+  EXPECT_SAYS(result.out,
+              "\nepisode  cause\n      0  " + json::parse(first)["cause"]["text"].get<std::string>());
+  EXPECT_SAYS(result.out, "\nthose of all failures: evalbus why ");
+  // No parameter can explain equal outcomes, so there is no table of p values.
+  EXPECT_EQ(result.out.find("p (Holm)"), std::string::npos) << result.out;
   EXPECT_EQ(json::parse(ReadText(folder_.path() / "why.json"))[0]["episodes"], 2);
   EXPECT_EQ(SchemaError("why", folder_.path() / "why.json"), "");
   EXPECT_EQ(SchemaError("no_return", still / "no_return.json"), "");
@@ -62,6 +69,24 @@ TEST_F(Why, RefusesTruncatedLogs) {
   EXPECT_FALSE(fs::exists(still / "no_return.json"));
   EXPECT_SAYS(RunProgram({"evalbus", "report", still, "-o", folder_.path() / "page.html"}).out,
               "note: episode 0: " + log.string() + ": damaged: ");
+}
+
+TEST_F(Why, UsesTheExpertOfTheTaskThatWasCopied) {
+  const fs::path still = folder_.path() / "still";
+  ASSERT_EQ(
+      RunProgram({"evalbus", "tasks", "new", "my_pot", "--from", "lift_pot"}, {folder_.path(), nullptr}).code,
+      0);
+  Evaluate({folder_.path() / "my_pot.yaml", "--policy", "hold", "--episodes", "1", "--in-process"}, still);
+  const Result refused = RunProgram({"evalbus", "why", still, "--episode", "0"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_SAYS(refused.err, "task \"my_pot\" has no expert; ");
+  EXPECT_SAYS(refused.err, "use --expert TASK)");
+  EXPECT_SAYS(refused.out, "\nepisode  cause\n      0  ");
+  const Result result = RunProgram({"evalbus", "why", still, "--episode", "0", "--expert", "lift_pot"});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_SAYS(result.out, "\nepisode  point of no return\n      0  Point of no return at ");
+  EXPECT_SAYS(RunProgram({"evalbus", "why", still, "--expert", "my_pot"}).err,
+              "error: --expert: task \"my_pot\" has no expert; ");
 }
 
 TEST_F(Why, RefusesEpisodesThatDidNotFail) {

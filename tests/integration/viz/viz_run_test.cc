@@ -160,7 +160,7 @@ TEST(VizInput, WrongInputIsOneLine) {
       {{"--size", "641x480"}, "images of 641x480: expected even numbers of pixels, 2 to 4096 per side"},
       {{"--fps", "0"}, "--fps: expected a number above 0, got 0"},
       {{"--gl", "metal"}, "--gl metal: expected software, osmesa, egl-software, egl or auto"},
-      {{"/nonexistent"}, "/nonexistent: there is no such run"},
+      {{"/nonexistent"}, "/nonexistent: no such run folder"},
   };
   for (const auto& [arguments, line] : cases) {
     std::vector<std::string> command = {"evalbus-viz"};

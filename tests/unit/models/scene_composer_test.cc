@@ -370,7 +370,9 @@ TEST(SceneComposer, FilesThatAreNotThere) {
 
 TEST(SceneComposer, BrokenFiles) {
   EXPECT_EQ(ErrorOfPart("<mujoco>\n<worldbody>\n</mujoco>"),
-            "part.xml:2: not valid XML (XML_ERROR_MISMATCHED_ELEMENT)");
+            "part.xml:2: not valid XML (the element that begins here is not closed, or closed by the end of "
+            "another element)");
+  EXPECT_EQ(ErrorOfPart(""), "part.xml:1: not valid XML (the file is empty)");
   EXPECT_EQ(ErrorOfPart("\n<robot/>"), "part.xml:2: expected an MJCF model (<mujoco>), got <robot>");
   EXPECT_EQ(ErrorOfPart("<mujoco><worldbody>\n<geom euler='1 2'/></worldbody></mujoco>"),
             "part.xml:2: <geom>: attribute 'euler': expected 3 numbers, got '1 2'");

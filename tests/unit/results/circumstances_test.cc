@@ -129,6 +129,11 @@ TEST_F(CircumstancesTest, LeavesOutIncompleteEpisodes) {
   const RunCircumstances found = Of([](int i, ordered_json* line) { (*line)["complete"] = i < 30; });
   EXPECT_EQ(found.episodes.trials, 30);
   EXPECT_THAT(CircumstanceSentences(found), ElementsAre("Nothing to explain: all 30 episodes succeeded."));
+  EXPECT_THAT(CircumstancesText(found, false), testing::Not(HasSubstr("p (Holm)")));
+  const RunCircumstances one = Of([](int i, ordered_json* line) { (*line)["complete"] = i == 30; });
+  EXPECT_THAT(
+      CircumstanceSentences(one),
+      ElementsAre("No parameter of the start separates successes from failures: the only episode failed."));
 }
 
 TEST_F(CircumstancesTest, AdjustsForAllRuns) {

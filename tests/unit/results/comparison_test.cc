@@ -768,6 +768,26 @@ TEST_F(CompareTest, CompleteEpisodesWithoutAVerdictAreCountedAsSuch) {
   EXPECT_EQ(ComparisonJson({unpaired})["comparisons"][0]["success"]["test"], "Fisher, exact");
 }
 
+TEST_F(CompareTest, WithoutCompleteEpisodesThereIsNoDifference) {
+  const RecordedRuns a = Run("a", Info(6), First(4, 6), 5);
+  RecordedRuns none = Run("none", Info(6), First(6, 6), 6), also = Run("also", Info(6), First(6, 6), 6);
+  for (RecordedRuns* runs : {&none, &also}) {
+    for (RecordedEpisode& episode : runs->runs[0].episodes)
+      episode.complete = episode.result.complete = false;
+  }
+  const Comparison with_none = CompareRuns(none, a);
+  const std::string text = ComparisonText(with_none, true);
+  EXPECT_THAT(text, testing::HasSubstr("\n\nNo conclusion: none has no complete episode.\n\n"));
+  EXPECT_THAT(text, testing::ContainsRegex("\nsuccess +67 % +- +- +- +- +-\n"));
+  EXPECT_THAT(text, Not(testing::HasSubstr("Mann-Whitney")));
+  EXPECT_THAT(text, Not(testing::HasSubstr("Effort relative")));
+  const nlohmann::ordered_json json = ComparisonJson({with_none});
+  const nlohmann::ordered_json& success = json["comparisons"][0]["success"];
+  for (const char* key : {"difference", "p", "p_holm"}) EXPECT_TRUE(success[key].is_null()) << key;
+  EXPECT_EQ(success["difference_95"], nlohmann::ordered_json({nullptr, nullptr}));
+  EXPECT_EQ(Headline(CompareRuns(none, also)), "No conclusion: neither none nor also has a complete episode");
+}
+
 // Returns a suite of two runs. The second one gets another variation.
 RecordedRuns Suite(RecordedRuns first, const RecordedRuns& second) {
   first.runs.push_back(second.runs[0]);

@@ -190,7 +190,8 @@ TEST_F(VariationTest, JointsStartAtTheTasksPositions) {
   EXPECT_EQ(error("box/lid: {position_m: 1}"),
             "t.yaml:10: joint 'box/lid' is a hinge: its position is in deg or rad");
   EXPECT_EQ(error("box/lid: {position_rad: 2.5}"),
-            "t.yaml:10: joint 'box/lid' cannot start at 2.500000: its range is [-1.000000, 2.000000] rad");
+            "t.yaml:10: joint 'box/lid' cannot start at 143.239 degrees (2.5 rad): its range is -57.2958 to "
+            "114.592 degrees (-1 to 2 rad)");
   EXPECT_EQ(error("box/lid: {}"),
             "t.yaml:10: key 'box/lid': expected one of position_deg, position_rad, position_m");
 }

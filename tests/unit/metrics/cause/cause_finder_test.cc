@@ -951,10 +951,11 @@ TEST_F(CauseFinderTest, AConditionLacksBeforeItsDuration) {
   conditions_[3] = {Height(), Holding("left"), lasts};
   object_[0][2] = 1.2;
   Move(300);
-  EXPECT_TRUE(Find().text.ends_with("; not met: left gripper touches kitchen pot.")) << Find().text;
+  EXPECT_TRUE(Find().text.ends_with("; condition not met: left gripper touches kitchen pot.")) << Find().text;
   conditions_[3][1].holds = true;
   Move(1);
-  EXPECT_TRUE(Find().text.ends_with("; not met: for 7 s or longer: height of kitchen pot at least 1.1 m."))
+  EXPECT_TRUE(
+      Find().text.ends_with("; condition not met: for 7 s or longer: height of kitchen pot at least 1.1 m."))
       << Find().text;
 }
 

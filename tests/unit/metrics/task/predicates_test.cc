@@ -286,6 +286,10 @@ TEST_F(PredicatesTest, LastsCountsTimeWithoutABreak) {
   EXPECT_EQ(dut->Describe(true), (std::vector<std::string>{"for 0.1 s or longer", "  pot touches counter"}));
   EXPECT_EQ(Error("{lasts: {min_s: 1}}"),
             "'lasts' requires predicates, as in lasts: {min_s: 1, when: {touching: {a: pot, b: world}}}");
+  EXPECT_EQ(
+      Error("{lasts: {min_s: 1, touching: {a: pot, b: counter}}}"),
+      "key 'touching': expected a value, got a map; a predicate in 'lasts' is written as when: {touching: "
+      "{...}}");
   EXPECT_EQ(Error("{lasts: {when: {touching: {a: pot, b: counter}}}}"),
             "key 'min_s': required here, but missing in 'lasts'");
   EXPECT_EQ(Error("{touching: {a: pot, b: counter, when: {touching: {a: pot, b: counter}}}}"),
