@@ -489,7 +489,7 @@ CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const Cause
     return {.kind = end.reason == "collision" ? cause_kind::kCollision : cause_kind::kFailedCondition,
             .tick = end.last_tick};
   }
-  // An object that was put down is in the way of no later failure with another object.
+  // An object that was put down as the task requires does not explain a failure with another object.
   const std::vector<CauseMoment> all = moments;
   std::erase_if(moments, [&](const CauseMoment& moment) {
     return moment.put_down && std::ranges::any_of(all, [&](const CauseMoment& other) {
