@@ -637,6 +637,29 @@ TEST(Plan, RefusesOptionsThatItSetsItself) {
             0);
 }
 
+// A plan that cannot be completed ends before its first episode, as in `plan check` and `plan show`.
+TEST(Plan, IsCheckedInTheScenesOfItsTasks) {
+  TemporaryFolder folder;
+  const fs::path out = folder.path() / "out", plan = folder.path() / "plan.yaml";
+  WriteText(plan,
+            "policies: [hold]\ntasks: [lift_pot/position]\nepisodes: 1\n"
+            "video: {episodes: all, cameras: [fron]}\n");
+  const std::string problem =
+      plan.string() + ":4: key 'cameras': lift_pot/position: no camera 'fron'; did you mean 'front'?\n";
+  for (const std::vector<std::string>& command :
+       std::vector<std::vector<std::string>>{{"evalbus", "plan", "check", plan},
+                                             {"evalbus", "run", plan, "--out", out},
+                                             {"evalbus", "run", plan, "--out", out, "--part", "1/2"}}) {
+    const Result result = RunProgram(command);
+    EXPECT_EQ(result.code, 1);
+    EXPECT_EQ(result.err, "error: " + problem);
+    EXPECT_FALSE(fs::exists(out));
+  }
+  const Result shown = RunProgram({"evalbus", "plan", "show", plan});
+  EXPECT_EQ(shown.code, 1);
+  EXPECT_THAT(shown.out, testing::EndsWith("problem   " + problem));
+}
+
 TEST(Suite, ResumeRefusesToForgetRuns) {
   TemporaryFolder folder;
   const fs::path suite = folder.path() / "suite";

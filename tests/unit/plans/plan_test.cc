@@ -11,6 +11,7 @@
 #include "metrics/statistics/confidence_sequence.h"
 #include "models/task_description.h"
 #include "plans/latency.h"
+#include "plans/plan_check.h"
 #include "plans/plan_folder.h"
 #include "plans/slurm.h"
 #include "tests/unit/temporary_folder.h"
@@ -306,6 +307,34 @@ TEST_F(PlanTest, IsDistinguishedFromATaskByItsPolicies) {
   EXPECT_FALSE(IsPlanFile(file_.string()));
   EXPECT_FALSE(IsPlanFile("lift_pot"));
   EXPECT_FALSE(IsPlanFile((folder_.path() / "none.yaml").string()));
+}
+
+TEST_F(PlanTest, CamerasAndPoliciesAreCheckedInEachTask) {
+  const Plan good = Read("policies: [hold, expert]\ntasks: lift_pot/position\nvideo: all\n");
+  EXPECT_THAT(ProblemsOf(good), ElementsAre());
+  EXPECT_NO_THROW(CheckScenes(good));
+
+  const auto copy = folder_.path() / "my_pot.yaml";
+  std::ifstream original(ModelsFolder() / "tasks/lift_pot.yaml");
+  std::ofstream changed(copy);
+  for (std::string line; std::getline(original, line);) {
+    if (line == "name: lift_pot") line = "name: my_pot";
+    if (const size_t above = line.find("../"); above != std::string::npos)
+      line.replace(above, 2, ModelsFolder().string());
+    changed << line << "\n";
+  }
+  changed.close();
+  const Plan wrong = Read(
+      "policies: [hold, expert]\ntasks: [lift_pot/position, my_pot.yaml/position]\n"
+      "video: {episodes: all, cameras: [overviw]}\n");
+  EXPECT_THAT(
+      ProblemsOf(wrong),
+      ElementsAre(file_.string() + ":3: key 'cameras': lift_pot/position and all other tasks: no camera "
+                                   "'overviw'; did you mean 'overview'?",
+                  testing::StartsWith(file_.string() + ":1: key 'policies[1]': expert on " +
+                                      (copy / "position").string() +
+                                      ": policy \"expert\": task \"my_pot\" has no expert; ")));
+  EXPECT_THAT([&] { CheckScenes(wrong); }, ThrowsMessage<InputError>(HasSubstr("has no expert")));
 }
 
 TEST_F(PlanTest, MistakesAreReportedAtTheirLocation) {
