@@ -56,6 +56,11 @@ void CheckOptionsWithPlan(const CLI::App& app) {
     if (option->count() > 0 && !is_allowed) names.push_back(option->get_name());
   }
   if (names.empty()) return;
+  if (names == std::vector<std::string>{"--in-process"}) {
+    throw InputError(
+        "--in-process: not needed with a plan, which evaluates each episode in one process unless its file "
+        "has the option 'engine'");
+  }
   throw InputError(fmt::format(
       "{}: cannot be combined with a plan, whose file has the options of its runs (docs/plans.md)",
       fmt::join(names, ", ")));

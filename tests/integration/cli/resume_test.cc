@@ -627,6 +627,9 @@ TEST(Plan, RefusesOptionsThatItSetsItself) {
   expect({"--seed", "7"}, "--seed" + not_with_plan);
   expect({"--policy", "hold"}, "--policy" + not_with_plan);
   expect({"--web"}, "--web" + not_with_plan);
+  expect({"--in-process"},
+         "--in-process: not needed with a plan, which evaluates each episode in one process unless its file "
+         "has the option 'engine'");
   expect({"--partition", "cpu"}, "--partition, --time and --array-size require --slurm or --slurm-dry-run");
   EXPECT_EQ(
       RunProgram({"evalbus", "run", "lift_pot/position", "--partition", "cpu"}).err,

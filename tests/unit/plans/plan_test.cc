@@ -411,6 +411,20 @@ TEST_F(PlanTest, AFolderIsOfOnePlan) {
     EXPECT_THAT(error.what(),
                 HasSubstr("the plan in this folder differs: \"options.episodes\" is 10 there, not 7"));
   }
+  const auto read_in = [&](const std::string& name) {
+    const auto beside = folder_.path() / name;
+    std::filesystem::create_directories(beside);
+    std::filesystem::copy_file(ModelsFolder() / "tasks/lift_pot.yaml", beside / "my_pot.yaml");
+    std::ofstream(beside / "plan.yaml") << "policies: [expert]\ntasks: [my_pot.yaml/position]\n";
+    return ReadPlan(beside / "plan.yaml");
+  };
+  const auto before = folder_.path() / "before";
+  const PlanFolder of_file(read_in("before"), folder_.path() / "of_file");
+  const Plan moved = read_in("after");
+  EXPECT_THAT(
+      [&] { PlanFolder(moved, folder_.path() / "of_file"); },
+      ThrowsMessage<InputError>(HasSubstr("; a task file is identified by its path: put 'my_pot.yaml' into " +
+                                          before.string() + ", or evaluate the plan in another folder")));
   const auto taken = folder_.path() / "taken";
   std::filesystem::create_directories(taken / "thesis");
   EXPECT_THROW(PlanFolder(plan, taken), InputError);
