@@ -129,10 +129,11 @@ SourceLocation YamlValue::location() const {
   return {file_, std::max(line, 0) + 1};
 }
 
-void YamlValue::Fail(const std::string& message) const {
-  throw InputError(
-      OneLine(location().ToString() + ": " + (key_.empty() ? "" : "key '" + key_ + "': ") + message));
+std::string YamlValue::Where() const {
+  return location().ToString() + ": " + (key_.empty() ? "" : "key '" + key_ + "': ");
 }
+
+void YamlValue::Fail(const std::string& message) const { throw InputError(OneLine(Where() + message)); }
 
 std::string YamlValue::Shown() const {
   if (node_.IsScalar()) return "'" + node_.Scalar() + "'";

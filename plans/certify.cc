@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/json_file.h"
+#include "base/text.h"
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "models/task_description.h"
@@ -69,8 +70,8 @@ Certified CertifyPlan(const Plan& plan, const std::vector<std::string>& engines,
       RunAllEpisodes(folder, workers);
     } catch (const EnvironmentError&) {
       if (!stop_requested()) throw;
-      throw EnvironmentError("stopped; to resume, run the same command with --out " + out.string() +
-                             " --resume");
+      throw EnvironmentError("stopped; to resume, run the same command with " +
+                             ShellWords({"--out", out.string(), "--resume"}));
     }
     fmt::print("\n");
     results.push_back(ResultsOf(folder, version));

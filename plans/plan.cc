@@ -74,6 +74,7 @@ std::string DefaultName(const std::string& policy) {
 
 PlannedPolicy ReadPolicy(const YamlValue& value, const fs::path& file) {
   PlannedPolicy policy;
+  policy.where = value.Where();
   if (value.is_scalar()) {
     policy.policy = FromPlan(value.Text(), file);
   } else {
@@ -104,6 +105,7 @@ PlannedPolicy ReadPolicy(const YamlValue& value, const fs::path& file) {
 PlannedVideos ReadVideos(const YamlValue& value) {
   PlannedVideos videos;
   videos.cameras = {viz::kDefaultCamera};
+  videos.where = value.Where();
   const auto which = [&](const YamlValue& episodes) {
     const std::string text = episodes.Text();
     int first = 0, end = 0;
@@ -126,7 +128,10 @@ PlannedVideos ReadVideos(const YamlValue& value) {
   } else {
     const YamlMap map(value, {"episodes"}, {"cameras"});
     which(map["episodes"]);
-    if (const YamlValue* cameras = map.Find("cameras")) videos.cameras = cameras->Texts();
+    if (const YamlValue* cameras = map.Find("cameras")) {
+      videos.cameras = cameras->Texts();
+      videos.where = cameras->Where();
+    }
     if (videos.cameras.empty()) map.Find("cameras")->Fail("expected at least one camera");
   }
   if (videos.which == PlannedVideos::Which::kNone) videos.cameras.clear();
@@ -339,6 +344,7 @@ Plan ReadPlan(const fs::path& file) {
   }
   if (plan.policies.empty() && mistakes.empty()) map["policies"].Fail("expected at least one policy");
   const YamlValue& tasks = map["tasks"];
+  plan.tasks_where = tasks.Where();
   std::vector<std::string> asked = tasks.is_list() ? tasks.Texts() : std::vector{tasks.Text()};
   for (std::string& task : asked) task = FromPlan(task, file);
   collect([&] {
@@ -455,20 +461,22 @@ Plan PlanOfJson(const nlohmann::json& json, const std::string& file) {
   Plan plan;
   plan.name = Get<std::string>(json, "plan", file);
   for (const auto& policy : Get<nlohmann::json>(json, "policies", file)) {
-    plan.policies.push_back(
-        {Get<std::string>(policy, "name", file), Get<std::string>(policy, "policy", file),
-         Get<std::string>(policy, "contract", file),
-         policy.contains("latency") ? Get<std::string>(policy, "latency", file) : "",
-         policy.contains("execution") ? Get<std::string>(policy, "execution", file) : ""});
+    plan.policies.push_back({Get<std::string>(policy, "name", file), Get<std::string>(policy, "policy", file),
+                             Get<std::string>(policy, "contract", file),
+                             policy.contains("latency") ? Get<std::string>(policy, "latency", file) : "",
+                             policy.contains("execution") ? Get<std::string>(policy, "execution", file) : "",
+                             file + ": \"policies\": "});
   }
   plan.tasks = Get<std::vector<std::string>>(json, "tasks", file);
+  plan.tasks_where = file + ": \"tasks\": ";
   plan.baseline = Get<std::string>(json, "baseline", file);
   const auto videos = Get<nlohmann::json>(json, "video", file);
   const auto which = std::ranges::find(kWhichVideos, Get<std::string>(videos, "episodes", file));
   if (which == std::end(kWhichVideos))
     throw InputError(file + ": \"video\": expected \"episodes\" of none, all, failures or first");
   plan.videos = {static_cast<PlannedVideos::Which>(which - std::begin(kWhichVideos)),
-                 Get<int>(videos, "first", file), Get<std::vector<std::string>>(videos, "cameras", file)};
+                 Get<int>(videos, "first", file), Get<std::vector<std::string>>(videos, "cameras", file),
+                 file + ": \"video\": "};
   if (const auto until = Get<nlohmann::json>(json, "until", file); !until.is_null()) {
     plan.until = {.alpha = Get<double>(until, "alpha", file),
                   .max_episodes = Get<int>(until, "max_episodes", file),

@@ -19,6 +19,8 @@ struct PlannedPolicy {
   std::string policy, contract;
   // Values for --latency and --execution; empty: the values in Plan::options.
   std::string latency{}, execution{};
+  // Location in the plan's file, with which messages begin: "plan.yaml:2: key 'policies[0]': ".
+  std::string where{};
 };
 
 struct PlannedVideos {
@@ -27,6 +29,8 @@ struct PlannedVideos {
   // Number of episodes of each run to record if `which` is kFirst.
   int first = 0;
   std::vector<std::string> cameras;
+  // Location of the cameras in the plan's file, with which messages begin.
+  std::string where{};
 };
 
 // Rule that tests the results while the plan runs, and stops a policy early. A policy stops when its
@@ -53,6 +57,8 @@ struct Plan {
   std::vector<PlannedPolicy> policies;
   // Tasks after expansion: TASK/VARIATION, or the paths of task files.
   std::vector<std::string> tasks;
+  // Location of the tasks in the plan's file, with which messages begin.
+  std::string tasks_where;
   // Options of every run: episodes, seed, and the entries of "options".
   runner::RunOptions options;
   // True if "options" contains the control rate or the timeout, which then takes precedence over the policy's

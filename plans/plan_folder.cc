@@ -16,6 +16,7 @@
 #include "base/run_layout.h"
 #include "base/this_process.h"
 #include "base/write_whole.h"
+#include "models/task_description.h"
 #include "results/rescorer.h"
 #include "results/run_folder.h"
 #include "runner/suite.h"
@@ -27,6 +28,21 @@ namespace fs = std::filesystem;
 
 fs::path Hidden(const PlanFolder& folder, const Shard& shard, const std::string& ending) {
   return folder.path() / kPartsFolder / fmt::format(".{}.{}", shard.name(), ending);
+}
+
+// Returns what to do if a task file of the plan was moved; empty if the difference is another one.
+std::string AdviceIfMoved(const results::Difference& difference) {
+  if (!difference.name.starts_with("tasks.")) return "";
+  const auto file_of = [](std::string text) {
+    std::erase(text, '"');
+    const fs::path path(text);
+    return IsTaskFile(path.parent_path()) ? path.parent_path() : path;
+  };
+  const fs::path before = file_of(difference.before), now = file_of(difference.after);
+  if (!IsTaskFile(before) || before == now || before.filename() != now.filename()) return "";
+  return fmt::format(
+      "; a task file is identified by its path: put '{}' into {}, or evaluate the plan in another folder",
+      now.filename().string(), before.parent_path().string());
 }
 
 }  // namespace
@@ -83,9 +99,9 @@ PlanFolder::PlanFolder(const Plan& plan, const fs::path& out, bool make)
   const auto before = ReadJsonFile<nlohmann::ordered_json>(file);
   const auto differences = results::Differences(before, json);
   if (differences.empty()) return;
-  throw InputError(fmt::format("--out {}: the plan in this folder differs: \"{}\" is {} there, not {}",
+  throw InputError(fmt::format("--out {}: the plan in this folder differs: \"{}\" is {} there, not {}{}",
                                file.string(), differences[0].name, differences[0].before,
-                               differences[0].after));
+                               differences[0].after, AdviceIfMoved(differences[0])));
 }
 
 PlanFolder::PlanFolder(const fs::path& folder) : path_(fs::absolute(folder).lexically_normal()) {

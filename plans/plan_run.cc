@@ -130,8 +130,8 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
     if (!ahead.contains(name)) suite.WriteSummary();
   }
   if (is_whole) return;
-  throw EnvironmentError(fmt::format("stopped; to resume, run the same command with --out {} --resume",
-                                     fs::proximate(folder.path()).string()));
+  throw EnvironmentError("stopped; to resume, run the same command with " +
+                         ShellWords({"--out", fs::proximate(folder.path()).string(), "--resume"}));
 }
 
 // Runs the plan in steps of plan.options.episodes episodes. A policy stops when ended(policy, episodes) is
@@ -324,9 +324,9 @@ PlanResults FinishPlan(const PlanFolder& folder, int workers) {
   runner::JobsProgress progress(pages.size(), "pages");
   const fs::path shown = fs::proximate(folder.path());
   if (!RunJobs(std::move(pages), workers, &progress, nullptr, [](const std::string&) {})) {
-    throw EnvironmentError(fmt::format(
-        "stopped before all pages were written; to write them, run the same command with --out {} --resume",
-        shown.string()));
+    throw EnvironmentError(
+        "stopped before all pages were written; to write them, run the same command with " +
+        ShellWords({"--out", shown.string(), "--resume"}));
   }
   WritePlanPages(folder, results);
   if (const auto failures = FirstFailures(results); !failures.empty())
@@ -335,9 +335,8 @@ PlanResults FinishPlan(const PlanFolder& folder, int workers) {
              ShellWords({"evalbus", "web", shown.string()}),
              ShellWords({"evalbus", "report", shown.string()}));
   if (!no_videos.empty()) {
-    throw EnvironmentError(
-        fmt::format("videos are missing: {}; to record them, run the same command with --out {} --resume",
-                    no_videos, shown.string()));
+    throw EnvironmentError(fmt::format("videos are missing: {}; to record them, run the same command with {}",
+                                       no_videos, ShellWords({"--out", shown.string(), "--resume"})));
   }
   return results;
 }

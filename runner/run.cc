@@ -207,14 +207,15 @@ void RunOne(RunOptions options, const RunOutput& output = {}) {
   if (summary.statistics.episodes < run.num_wanted() && run.options.watch) {
     fmt::print("stopped after {} of {}\n", summary.statistics.episodes, Plural(run.num_wanted(), "episode"));
   } else if (summary.statistics.episodes < run.num_wanted()) {
-    throw EnvironmentError(
-        fmt::format("stopped after {} of {}; to resume, run the same command with --out {} --resume",
-                    summary.statistics.episodes, Plural(run.num_wanted(), "episode"), shown.string()));
+    throw EnvironmentError(fmt::format("stopped after {} of {}; to resume, run the same command with {}",
+                                       summary.statistics.episodes, Plural(run.num_wanted(), "episode"),
+                                       ShellWords({"--out", shown.string(), "--resume"})));
   }
   if (without_video > 0) {
-    throw EnvironmentError(fmt::format(
-        "stopped: {} {} no video yet; to record the rest, run the same command with --out {} --resume",
-        Plural(without_video, "episode"), without_video == 1 ? "has" : "have", shown.string()));
+    throw EnvironmentError(
+        fmt::format("stopped: {} {} no video yet; to record the rest, run the same command with {}",
+                    Plural(without_video, "episode"), without_video == 1 ? "has" : "have",
+                    ShellWords({"--out", shown.string(), "--resume"})));
   }
   if (web) web->Stay();
 }

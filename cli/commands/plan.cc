@@ -13,6 +13,7 @@
 #include "cli/commands/commands.h"
 #include "metrics/statistics/power.h"
 #include "plans/merge.h"
+#include "plans/plan_check.h"
 #include "plans/plan_run.h"
 #include "plans/probe.h"
 #include "plans/status.h"
@@ -58,7 +59,8 @@ std::string PowerText(const Plan& plan) {
           : fmt::format("exact McNemar test, {} of each task", Plural(plan.options.episodes, "episode")));
 }
 
-void Show(const Plan& plan, bool probe) {
+// Prints the plan; returns false if it cannot be run.
+bool Show(const Plan& plan, bool probe) {
   const int runs = plan.num_runs(), episodes = plan.options.episodes;
   const auto tasks = static_cast<int>(plan.tasks.size());
   fmt::print("plan      {}\n", plan.name);
@@ -90,7 +92,10 @@ void Show(const Plan& plan, bool probe) {
         plan.until->max_episodes);
   }
   if (plan.policies.size() > 1 && !has_width) fmt::print("{}", PowerText(plan));
-  if (!probe) return;
+  const std::vector<std::string> problems = plans::ProblemsOf(plan);
+  for (const std::string& problem : problems) fmt::print("problem   {}\n", problem);
+  // Episodes of such a plan are not tried: they would fail for the same reasons.
+  if (!probe || !problems.empty()) return problems.empty();
   constexpr int kProbes = 6;
   const plans::Probe found = plans::ProbePlan(plan, kProbes);
   if (found.episodes > 0) {
@@ -108,6 +113,7 @@ void Show(const Plan& plan, bool probe) {
         report::kPageMegabytes);
   }
   if (!found.problem.empty()) fmt::print("problem   {}\n", Printable(found.problem));
+  return found.problem.empty();
 }
 
 int Merge(const fs::path& folder, const std::vector<fs::path>& parts) {
@@ -146,14 +152,14 @@ Action AddPlan(CLI::App* app) {
   return [options, check] {
     const Plan plan = plans::ReadPlan(options->file);
     if (check->parsed()) {
+      plans::CheckScenes(plan);
       fmt::print("{}: {} of {}\n", options->file.string(), Plural(plan.num_runs(), "run"),
                  plan.until
                      ? fmt::format("{} to {} episodes", plan.options.episodes, plan.until->max_episodes)
                      : Plural(plan.options.episodes, "episode"));
-    } else {
-      Show(plan, !options->no_probe);
+      return 0;
     }
-    return 0;
+    return Show(plan, !options->no_probe) ? 0 : 1;
   };
 }
 

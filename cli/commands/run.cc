@@ -21,6 +21,7 @@
 #include "bus/host.h"
 #include "cli/commands/commands.h"
 #include "plans/part.h"
+#include "plans/plan_check.h"
 #include "plans/plan_run.h"
 #include "plans/slurm.h"
 #include "results/run_reader.h"
@@ -55,6 +56,11 @@ void CheckOptionsWithPlan(const CLI::App& app) {
     if (option->count() > 0 && !is_allowed) names.push_back(option->get_name());
   }
   if (names.empty()) return;
+  if (names == std::vector<std::string>{"--in-process"}) {
+    throw InputError(
+        "--in-process: not needed with a plan, which evaluates each episode in one process unless its file "
+        "has the option 'engine'");
+  }
   throw InputError(fmt::format(
       "{}: cannot be combined with a plan, whose file has the options of its runs (docs/plans.md)",
       fmt::join(names, ", ")));
@@ -140,17 +146,17 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
   if (is_shared && !is_begun && options.out.empty()) {
     throw InputError("--part and --slurm require --out, the folder that all parts share");
   }
+  const plans::Plan plan = is_begun ? plans::PlanFolder(file.parent_path()).plan() : plans::ReadPlan(file);
+  if ((is_shared || plan_options.slurm.dry_run) && plan.until)
+    throw InputError(
+        "--part, --slurm, --slurm-dry-run: a plan with 'until' must test all results during the run: "
+        "run it on one machine");
   const auto in_folder = [&](const auto& work) {
+    // A part of a plan that has begun, such as a task of Slurm, belongs to a plan that was checked.
+    if (!is_begun || plan_options.part.empty()) plans::CheckScenes(plan);
     is_begun ? work(plans::PlanFolder(file.parent_path()))
-             : work(plans::PlanFolder(plans::ReadPlan(file), options.out, !plan_options.slurm.dry_run));
+             : work(plans::PlanFolder(plan, options.out, !plan_options.slurm.dry_run));
   };
-  if (is_shared || plan_options.slurm.dry_run) {
-    const plans::Plan plan = is_begun ? plans::PlanFolder(file.parent_path()).plan() : plans::ReadPlan(file);
-    if (plan.until)
-      throw InputError(
-          "--part, --slurm, --slurm-dry-run: a plan with 'until' must test all results during the run: "
-          "run it on one machine");
-  }
   plans::SlurmOptions slurm = plan_options.slurm;
   slurm.cpus = options.workers;
   if (!plan_options.part.empty()) {

@@ -18,7 +18,7 @@ class InputError(EvalbusError, ValueError):
 
 
 class ActionError(InputError):
-    """An action has the wrong shape or type, or contains values that are masked or not finite."""
+    """An action has the wrong shape or type, has masked values or, in an environment, values that are not finite."""
 
 
 class ProgramError(EvalbusError, RuntimeError):

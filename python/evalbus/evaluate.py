@@ -122,7 +122,8 @@ class _Active:
         if isinstance(error, ActionError):
             raise error
         if error:
-            raise PolicyError(f"the policy raised {type(error).__name__}: {error}") from error
+            text = f": {error}" if str(error) else ""
+            raise PolicyError(f"the policy raised {type(error).__name__}{text}") from error
 
 
 class ActiveRun(_Active):
@@ -289,7 +290,8 @@ def _event(line: bytes) -> Event:
 
 
 def _checked(policy: Callable) -> Callable:
-    """Returns the policy, wrapped so that it raises ActionError for actions that are not finite numbers."""
+    """Returns the policy, wrapped so that it raises ActionError for actions that are not numbers. The program ends an
+    episode with policy_error if a number is not finite, as for any other policy."""
 
     def check(answer):
         if isinstance(answer, dict) and "actions" not in answer:
@@ -300,13 +302,6 @@ def _checked(policy: Callable) -> Callable:
         except ValueError as error:  # rows of different lengths
             raise ActionError(f"the policy returned an action that is not an array: {error}") from None
         check_sent_action_type(actions, "the policy returned an action")
-        if not np.isfinite(actions).all():
-            index = np.argwhere(~np.isfinite(actions))[0].tolist() if actions.ndim else [0]
-            step = f" of step {index[0]}" if len(index) > 1 else ""
-            raise ActionError(
-                f"the policy returned an action that is not finite: value {index[-1]}{step} is "
-                f"{actions.reshape(-1)[np.argmin(np.isfinite(actions))]}"
-            )
         return answer
 
     if isinstance(policy, type):

@@ -119,7 +119,7 @@ class Serving:
         self._ready.set()
 
     def _keep(self, error):
-        self.error = self.error or error
+        self.error = self.error or (error.__cause__ if isinstance(error, _Carried) else error)
 
 
 class _Server:
@@ -192,6 +192,14 @@ class _Server:
             await _refuse(connection, traceback.format_exc())
 
 
+class _Carried(RuntimeError):
+    """Takes the place of an exception, its __cause__, that asyncio cannot pass."""
+
+    def __init__(self, cause):
+        super().__init__(repr(cause))
+        self.__cause__ = cause
+
+
 class _Worker:
     """Calls functions in a thread, one at a time. Unlike an executor's thread, it does not keep the process alive while
     a function hangs."""
@@ -218,13 +226,11 @@ class _Worker:
             # asyncio cannot pass StopIteration to the coroutine that waits. There, ConnectionClosed would mean that the
             # client has left, and not that a connection of the policy ended.
             except (StopIteration, websockets.exceptions.ConnectionClosed) as error:
-                failure = RuntimeError(repr(error))
-                failure.__cause__ = error
-                future.set_exception(failure)
+                future.set_exception(_Carried(error))
             except Exception as error:
                 future.set_exception(error)
             except BaseException as error:  # SystemExit would end the event loop.
-                future.set_exception(RuntimeError(repr(error)))
+                future.set_exception(_Carried(error))
 
 
 def _print(_):
@@ -269,5 +275,6 @@ def _chunk(actions):
     if actions.ndim == 1:
         actions = actions[None]
     if actions.ndim != 2 or actions.size == 0:
-        raise ActionError(f"actions have the shape {actions.shape}, expected (steps, numbers) or (numbers,), not empty")
+        filled = ", not empty" if actions.size == 0 else ""
+        raise ActionError(f"actions have the shape {actions.shape}, expected (steps, numbers) or (numbers,){filled}")
     return actions

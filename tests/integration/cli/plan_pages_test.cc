@@ -131,23 +131,25 @@ TEST_F(PlanPages, AreWrittenAlsoIfThereIsNoFfmpeg) {
 TEST_F(PlanPages, AreWrittenByResumeAfterAnInterruption) {
   WriteText(folder_.path() / "plan.yaml", "policies: [hold, random, expert]\ntasks: [" +
                                               ShortTask(folder_.path(), 0.1) + "/position]\nepisodes: 1\n");
-  const std::vector<std::string> command = {"evalbus", "run",    folder_.path() / "plan.yaml",
-                                            "--out",   results_, "--resume"};
+  const fs::path results = folder_.path() / "my results";
+  const std::vector<std::string> command = {"evalbus", "run",   folder_.path() / "plan.yaml",
+                                            "--out",   results, "--resume"};
   int code = 0;
   for (int attempt = 0; attempt < 20 && code == 0; ++attempt) {
-    fs::remove_all(results_);
+    fs::remove_all(results);
     Program plan(command);
-    ASSERT_TRUE(WaitFor([&] { return fs::exists(results_ / "hold/logs/report.log"); })) << plan.err();
+    ASSERT_TRUE(WaitFor([&] { return fs::exists(results / "hold/logs/report.log"); })) << plan.err();
     plan.Signal(SIGINT);
     code = plan.Wait();
     if (code == 0) continue;
     EXPECT_THAT(plan.err(), HasSubstr("stopped before all pages were written"));
+    EXPECT_THAT(plan.err(), testing::ContainsRegex("with --out '[^']*my results' --resume\n$"));
   }
   EXPECT_EQ(code, 2);
-  EXPECT_FALSE(fs::exists(results_ / "report.html"));
+  EXPECT_FALSE(fs::exists(results / "report.html"));
   EXPECT_EQ(RunProgram(command).code, 0);
   for (const char* page : {"report.html", "hold/report.html", "random/report.html", "expert/report.html"})
-    EXPECT_TRUE(fs::exists(results_ / page)) << page;
+    EXPECT_TRUE(fs::exists(results / page)) << page;
 }
 
 TEST_F(PlanPages, OfSeveralPoliciesHaveThePOfAllAndARanking) {

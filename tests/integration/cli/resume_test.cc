@@ -627,6 +627,9 @@ TEST(Plan, RefusesOptionsThatItSetsItself) {
   expect({"--seed", "7"}, "--seed" + not_with_plan);
   expect({"--policy", "hold"}, "--policy" + not_with_plan);
   expect({"--web"}, "--web" + not_with_plan);
+  expect({"--in-process"},
+         "--in-process: not needed with a plan, which evaluates each episode in one process unless its file "
+         "has the option 'engine'");
   expect({"--partition", "cpu"}, "--partition, --time and --array-size require --slurm or --slurm-dry-run");
   EXPECT_EQ(
       RunProgram({"evalbus", "run", "lift_pot/position", "--partition", "cpu"}).err,
@@ -635,6 +638,29 @@ TEST(Plan, RefusesOptionsThatItSetsItself) {
          "--part cannot be combined with --slurm or --slurm-dry-run, which submit all parts");
   EXPECT_EQ(RunProgram({"evalbus", "run", plan, "--out", out, "--workers", "2", "--log-level", "warn"}).code,
             0);
+}
+
+// A plan that cannot be completed ends before its first episode, as in `plan check` and `plan show`.
+TEST(Plan, IsCheckedInTheScenesOfItsTasks) {
+  TemporaryFolder folder;
+  const fs::path out = folder.path() / "out", plan = folder.path() / "plan.yaml";
+  WriteText(plan,
+            "policies: [hold]\ntasks: [lift_pot/position]\nepisodes: 1\n"
+            "video: {episodes: all, cameras: [fron]}\n");
+  const std::string problem =
+      plan.string() + ":4: key 'cameras': lift_pot/position: no camera 'fron'; did you mean 'front'?\n";
+  for (const std::vector<std::string>& command :
+       std::vector<std::vector<std::string>>{{"evalbus", "plan", "check", plan},
+                                             {"evalbus", "run", plan, "--out", out},
+                                             {"evalbus", "run", plan, "--out", out, "--part", "1/2"}}) {
+    const Result result = RunProgram(command);
+    EXPECT_EQ(result.code, 1);
+    EXPECT_EQ(result.err, "error: " + problem);
+    EXPECT_FALSE(fs::exists(out));
+  }
+  const Result shown = RunProgram({"evalbus", "plan", "show", plan});
+  EXPECT_EQ(shown.code, 1);
+  EXPECT_THAT(shown.out, testing::EndsWith("problem   " + problem));
 }
 
 TEST(Suite, ResumeRefusesToForgetRuns) {

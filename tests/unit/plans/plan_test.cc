@@ -11,6 +11,7 @@
 #include "metrics/statistics/confidence_sequence.h"
 #include "models/task_description.h"
 #include "plans/latency.h"
+#include "plans/plan_check.h"
 #include "plans/plan_folder.h"
 #include "plans/slurm.h"
 #include "tests/unit/temporary_folder.h"
@@ -308,6 +309,34 @@ TEST_F(PlanTest, IsDistinguishedFromATaskByItsPolicies) {
   EXPECT_FALSE(IsPlanFile((folder_.path() / "none.yaml").string()));
 }
 
+TEST_F(PlanTest, CamerasAndPoliciesAreCheckedInEachTask) {
+  const Plan good = Read("policies: [hold, expert]\ntasks: lift_pot/position\nvideo: all\n");
+  EXPECT_THAT(ProblemsOf(good), ElementsAre());
+  EXPECT_NO_THROW(CheckScenes(good));
+
+  const auto copy = folder_.path() / "my_pot.yaml";
+  std::ifstream original(ModelsFolder() / "tasks/lift_pot.yaml");
+  std::ofstream changed(copy);
+  for (std::string line; std::getline(original, line);) {
+    if (line == "name: lift_pot") line = "name: my_pot";
+    if (const size_t above = line.find("../"); above != std::string::npos)
+      line.replace(above, 2, ModelsFolder().string());
+    changed << line << "\n";
+  }
+  changed.close();
+  const Plan wrong = Read(
+      "policies: [hold, expert]\ntasks: [lift_pot/position, my_pot.yaml/position]\n"
+      "video: {episodes: all, cameras: [overviw]}\n");
+  EXPECT_THAT(
+      ProblemsOf(wrong),
+      ElementsAre(file_.string() + ":3: key 'cameras': lift_pot/position and all other tasks: no camera "
+                                   "'overviw'; did you mean 'overview'?",
+                  testing::StartsWith(file_.string() + ":1: key 'policies[1]': expert on " +
+                                      (copy / "position").string() +
+                                      ": policy \"expert\": task \"my_pot\" has no expert; ")));
+  EXPECT_THAT([&] { CheckScenes(wrong); }, ThrowsMessage<InputError>(HasSubstr("has no expert")));
+}
+
 TEST_F(PlanTest, MistakesAreReportedAtTheirLocation) {
   EXPECT_THAT(ErrorOf("policies: [expert]\ntask: lift_pot\n"),
               HasSubstr(":2: key 'task': unknown key here; did you mean 'tasks'?"));
@@ -382,6 +411,20 @@ TEST_F(PlanTest, AFolderIsOfOnePlan) {
     EXPECT_THAT(error.what(),
                 HasSubstr("the plan in this folder differs: \"options.episodes\" is 10 there, not 7"));
   }
+  const auto read_in = [&](const std::string& name) {
+    const auto beside = folder_.path() / name;
+    std::filesystem::create_directories(beside);
+    std::filesystem::copy_file(ModelsFolder() / "tasks/lift_pot.yaml", beside / "my_pot.yaml");
+    std::ofstream(beside / "plan.yaml") << "policies: [expert]\ntasks: [my_pot.yaml/position]\n";
+    return ReadPlan(beside / "plan.yaml");
+  };
+  const auto before = folder_.path() / "before";
+  const PlanFolder of_file(read_in("before"), folder_.path() / "of_file");
+  const Plan moved = read_in("after");
+  EXPECT_THAT(
+      [&] { PlanFolder(moved, folder_.path() / "of_file"); },
+      ThrowsMessage<InputError>(HasSubstr("; a task file is identified by its path: put 'my_pot.yaml' into " +
+                                          before.string() + ", or evaluate the plan in another folder")));
   const auto taken = folder_.path() / "taken";
   std::filesystem::create_directories(taken / "thesis");
   EXPECT_THROW(PlanFolder(plan, taken), InputError);
