@@ -313,6 +313,7 @@ TEST_F(CauseFinderTest, StagesCountUntilTheMoment) {
 }
 
 // The blue cube is put where it should be, but the red cube is not brought to it.
+// The gripper holds the blue object and releases it. In the last case it then loses the red one, which falls.
 TEST(ReleaseAsRequired, IsNoLoss) {
   condition_t on{}, released{}, near{}, lifted{}, held{};
   on.kind = condition_t::CONTACT;
@@ -334,7 +335,13 @@ TEST(ReleaseAsRequired, IsNoLoss) {
   near.threshold_mixed = 0.1;
   near.comparison = "<=";
   near.unit = "m";
-  for (const bool in_place : {true, false}) {
+  struct Case {
+    bool in_place, loses_red;
+    std::string kind, text;
+  };
+  for (const Case& c : {Case{true, false, "missed_condition", "Last progress"},
+                        Case{false, false, "lost_object", "Left gripper let go of the blue"},
+                        Case{false, true, "lost_object", "Left gripper lost the red"}}) {
     CauseFinder dut{{.dt = 0.02,
                      .arms = {"left"},
                      .joint_arm = {0},
@@ -346,18 +353,21 @@ TEST(ReleaseAsRequired, IsNoLoss) {
                      .bodies = {"world", "blue", "red"},
                      .body_entity = {0, 3, 4}}};
     dut.Start();
-    const std::vector<std::array<double, 3>> object = {{0.5, 0, 1}, {0.5, 0.3, 1}}, wrist = {{0.5, 0, 1.1}};
+    std::vector<std::array<double, 3>> object = {{0.5, 0, 1}, {0.5, 0.3, 1}};
+    const std::vector<std::array<double, 3>> wrist = {{0.5, 0, 1.1}};
     const std::vector<body_pose_t> body = {{}, {{0.5, 0, 1}, {1, 0, 0, 0}}, {{0.5, 0.3, 1}, {1, 0, 0, 0}}};
     std::vector<double> joints = {0};
     std::vector<uint8_t> reached = {0};
     std::vector<std::vector<condition_t>> conditions = {{held}, {on, released, near}};
     for (int64_t tick = 0; tick < 300; ++tick) {
-      const bool holds = tick >= 10 && tick < 100;
-      const std::vector<double> opening = {holds ? 0.4 : 1.0}, closing = {holds ? 1.0 : 0.0};
-      const std::vector<uint8_t> touching = {static_cast<uint8_t>(holds), 0};
+      const bool holds = tick >= 10 && tick < 100, holds_red = c.loses_red && tick >= 150 && tick < 200;
+      const bool is_closed = holds || (c.loses_red && tick >= 150);
+      const std::vector<double> opening = {is_closed ? 0.4 : 1.0}, closing = {is_closed ? 1.0 : 0.0};
+      const std::vector<uint8_t> touching = {static_cast<uint8_t>(holds), static_cast<uint8_t>(holds_red)};
+      if (c.loses_red && tick >= 200) object[1][2] = 0.9;
       reached[0] |= holds;
       conditions[0][0].holds = holds;
-      conditions[1][0].holds = in_place;
+      conditions[1][0].holds = c.in_place;
       conditions[1][1].holds = !holds;
       joints[0] += 0.03;
       dut.Add({.tick = tick,
@@ -380,7 +390,8 @@ TEST(ReleaseAsRequired, IsNoLoss) {
                                     .last_tick = 299,
                                     .conditions = {}})
                               .cause;
-    EXPECT_EQ(cause.kind, in_place ? "missed_condition" : "lost_object") << cause.text;
+    EXPECT_EQ(cause.kind, c.kind) << cause.text;
+    EXPECT_TRUE(cause.text.starts_with(c.text)) << cause.text;
   }
 }
 
@@ -811,6 +822,33 @@ TEST_F(CauseFinderTest, TheRobotStops) {
          "least "
          "1.1 m is "
          "needed.");
+}
+
+// The joints are at rest from tick 10. Both stages are reached when the grippers close.
+TEST_F(CauseFinderTest, TheRobotStopsWhenItsGrippersHaveClosed) {
+  closing_ = {0, 0};
+  Move(10);
+  Tick(20);
+  closing_ = {1, 1};
+  opening_ = {0.4, 0.4};
+  touching_ = {1, 1};
+  Tick(300);
+  Expect("stall", 31,
+         "Robot stopped moving at 0.62 s (2 of 3 stages by then); height of kitchen pot reached 1.000 m, at "
+         "least 1.1 m is needed.");
+}
+
+// The last progress is in the last fifth of the episode, but the robot is at rest for the last 2.6 s.
+TEST_F(CauseFinderTest, ARobotAtRestHasNotRunOutOfTime) {
+  HoldWithBoth();
+  Move(700);
+  for (int k = 0; k < 130; ++k) {
+    object_[0][2] += 0.0004;
+    Move(1);
+  }
+  Tick(130);
+  EXPECT_EQ(Find().kind, "missed_condition");
+  EXPECT_NEAR(static_cast<double>(Find().tick), 850, 5);
 }
 
 TEST_F(CauseFinderTest, ARobotThatSagsUnderALoadHasStopped) {
