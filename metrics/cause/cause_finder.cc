@@ -27,11 +27,9 @@ constexpr double kReach = 0.4;
 constexpr double kPressed = 0.5, kTouched = 1;
 // A robot has stalled if it is at rest for the last kLastShare of the episode, and for at least kStill (s),
 // and made progress at most kPatience (s) before it came to rest. Otherwise, if it made progress within the
-// last kLastShare and was not at rest for the last kStill, the time ran out. If an object slides out of a
-// hand after the robot has been at rest for kStill, the cause is the stall.
+// last kLastShare and was slow or not at rest for the last kStill, the time ran out. If an object slides out
+// of a hand after the robot has been at rest for kStill, the cause is the stall.
 constexpr double kLastShare = 0.2, kStill = 2, kPatience = 1.5;
-// An arm follows its commands with a delay, and is at rest this long (s) after they no longer change.
-constexpr double kCommandLag = 0.5;
 // A robot is slow if no joint ever moves faster than this, rad/s.
 constexpr double kSlow = 0.25;
 
@@ -139,7 +137,7 @@ double CauseFinder::Distance(const Measure& measure, const CauseSample& sample) 
 
 void CauseFinder::Add(const CauseSample& sample, std::span<const uint8_t> stage_reached,
                       std::span<const std::vector<condition_t>> conditions) {
-  rest_.Add(sample.tick, sample.joints, sample.commands, sample.opening, sample.closing);
+  rest_.Add(sample.tick, sample.joints, sample.commands, sample.closing);
   for (size_t arm = 0, first = 0; arm < arm_rest_.size(); ++arm) {
     const auto n = static_cast<size_t>(std::ranges::count(config_.joint_arm, static_cast<int>(arm)));
     const auto part = [&](std::span<const double> all) {
@@ -157,7 +155,7 @@ void CauseFinder::Add(const CauseSample& sample, std::span<const uint8_t> stage_
     if (!hold.is_over) held_[hold.object * config_.arms.size() + config_.gripper_arm[hold.gripper]] = 1;
   }
   for (size_t arm = 0; arm < arm_rest_.size(); ++arm)
-    resting_[arm] = sample.tick - arm_rest_[arm].since() >= Ticks(kCommandLag);
+    resting_[arm] = sample.tick - arm_rest_[arm].since() >= Ticks(Rest::kCommandLag);
   collisions_.Add(sample, held_, resting_);
   for (size_t o = 0; o < height_.size(); ++o) height_[o] = sample.object[o][2];
   stage_tick_.resize(stage_reached.size(), -1);
@@ -467,10 +465,11 @@ CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, con
   if (end.last_tick - rest >= std::max(last_share, Ticks(kStill)) && rest - progress <= Ticks(kPatience)) {
     return {.kind = cause_kind::kStall, .tick = rest};
   }
-  // A slow robot may have come too little closer for its approach to count as progress.
-  const bool is_slow = rest_.largest_step() <= kSlow * config_.dt && end.last_tick - rest < last_share;
-  const bool has_stopped = end.last_tick - rest >= Ticks(kStill);
-  if ((progress == 0 && is_slow) || (end.last_tick - progress <= last_share && !has_stopped)) {
+  // A slow robot may have come too little closer for its approach to count as progress, and it may wait.
+  const bool is_slow = rest_.largest_step() <= kSlow * config_.dt;
+  const bool has_stopped = !is_slow && end.last_tick - rest >= Ticks(kStill);
+  if ((progress == 0 && is_slow && end.last_tick - rest < last_share) ||
+      (end.last_tick - progress <= last_share && !has_stopped)) {
     return {.kind = cause_kind::kOutOfTime, .tick = end.last_tick, .made_progress = progress > 0};
   }
   const std::optional<CauseMoment> idle = IdleArm(end.last_tick);

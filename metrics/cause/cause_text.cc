@@ -149,8 +149,10 @@ std::string CauseFinder::Text(const CauseMoment& moment, const CauseEnd& end) co
   std::string text = What(moment, end);
   if (end.by == CauseEnd::By::kSuccess) return text + ".";
   if (!stage_tick_.empty() && end.knows_stages) {
+    // A gripper that closes last reaches a stage after the robot's last command.
+    const int64_t end_tick = moment.tick + (moment.kind == cause_kind::kStall ? Ticks(Rest::kCommandLag) : 0);
     const auto reached =
-        std::ranges::count_if(stage_tick_, [&](int64_t tick) { return tick >= 0 && tick <= moment.tick; });
+        std::ranges::count_if(stage_tick_, [&](int64_t tick) { return tick >= 0 && tick <= end_tick; });
     // More stages may be reached later.
     text +=
         fmt::format(" ({} of {} stages{})", reached, stage_tick_.size(), moment.tick > 0 ? " by then" : "");

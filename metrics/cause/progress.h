@@ -66,29 +66,30 @@ class ConditionProgress {
 //     kSag. Smaller changes are ignored, because servos yield to a load. After kSettled, measured positions
 //     are ignored, because an object that slides out of a hand moves the arm.
 //   - If the commands are unknown, a rest ends when a measured position differs by more than kCommand.
-// Grippers are compared like joints, as fractions of their travel, but only if their commands are known,
-// because they yield while an object slides in them.
+// Of the grippers, only the commands are compared (fractions of their travel), because grippers yield while
+// an object slides in them.
 class Rest {
  public:
-  static constexpr double kCommand = 0.003, kSag = 0.1;  // rad, or fractions of a gripper's travel
+  static constexpr double kCommand = 0.003, kSag = 0.1;  // rad; for grippers, a fraction of the travel
   static constexpr double kSettled = 1;                  // s
+  // An arm or a gripper follows its commands with a delay, and is at rest this long (s) after they no longer
+  // change.
+  static constexpr double kCommandLag = 0.5;
 
   explicit Rest(double dt) : settled_ticks_(std::llround(kSettled / dt)) {}
 
   void Start() {
     joints_.clear();
     commands_.clear();
-    openings_.clear();
     closings_.clear();
     last_.clear();
     largest_step_ = 0;
     since_ = 0;
   }
 
-  // commands: empty if unknown. openings, closings: measured and commanded, by gripper; ignored if closings
-  // is empty.
+  // commands: of the joints. closings: commands of the grippers. Empty if unknown.
   void Add(int64_t tick, std::span<const double> joints, std::span<const double> commands,
-           std::span<const double> openings = {}, std::span<const double> closings = {}) {
+           std::span<const double> closings = {}) {
     const std::span<const double> now = commands.empty() ? joints : commands;
     // The commands in the reset state do not come from the policy, so the first commands are the commands of
     // tick 1.
@@ -97,16 +98,16 @@ class Rest {
     }
     last_.assign(now.begin(), now.end());
     const bool are_known = !commands.empty();
-    if (tick == 1) commands_.assign(commands.begin(), commands.end());
+    if (tick == 1) {
+      commands_.assign(commands.begin(), commands.end());
+      closings_.assign(closings.begin(), closings.end());
+    }
     const bool has_settled = are_known && tick > since_ + settled_ticks_;
-    const bool is_joint_at_rest = IsNear(commands, commands_, kCommand) &&
-                                  (has_settled || IsNear(joints, joints_, are_known ? kSag : kCommand));
-    const bool is_gripper_at_rest = closings.empty() || (IsNear(closings, closings_, kCommand) &&
-                                                         (has_settled || IsNear(openings, openings_, kSag)));
-    if (is_joint_at_rest && is_gripper_at_rest) return;
+    if (IsNear(commands, commands_, kCommand) && IsNear(closings, closings_, kCommand) &&
+        (has_settled || IsNear(joints, joints_, are_known ? kSag : kCommand)))
+      return;
     joints_.assign(joints.begin(), joints.end());
     commands_.assign(commands.begin(), commands.end());
-    openings_.assign(openings.begin(), openings.end());
     closings_.assign(closings.begin(), closings.end());
     since_ = tick;
   }
@@ -123,7 +124,7 @@ class Rest {
 
   int64_t settled_ticks_;
   // At the beginning of the rest.
-  std::vector<double> joints_, commands_, openings_, closings_;
+  std::vector<double> joints_, commands_, closings_;
   std::vector<double> last_;
   double largest_step_ = 0;
   int64_t since_ = 0;
