@@ -488,11 +488,13 @@ CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const Cause
     return {.kind = end.reason == "collision" ? cause_kind::kCollision : cause_kind::kFailedCondition,
             .tick = end.last_tick};
   }
-  // An object that was put down as the task requires does not explain a failure with another object.
+  // An object that was put down as the task requires does not explain a failure with another object. A
+  // gripper that stayed open may have had nothing to do because of it.
   const std::vector<CauseMoment> all = moments;
   std::erase_if(moments, [&](const CauseMoment& moment) {
     return moment.put_down && std::ranges::any_of(all, [&](const CauseMoment& other) {
-             return !other.put_down && other.object >= 0 && other.object != moment.object;
+             return !other.put_down && !other.stayed_open && other.object >= 0 &&
+                    other.object != moment.object;
            });
   });
   CauseMoment first = *std::ranges::min_element(moments, {}, &CauseMoment::tick);
