@@ -66,8 +66,8 @@ class ConditionProgress {
 //     kSag. Smaller changes are ignored, because servos yield to a load. After kSettled, measured positions
 //     are ignored, because an object that slides out of a hand moves the arm.
 //   - If the commands are unknown, a rest ends when a measured position differs by more than kCommand.
-// Of the grippers, only the commands are compared (fractions of their travel), because grippers yield while
-// an object slides in them.
+// Only the commands of grippers are compared (fractions of their travel), because grippers yield while an
+// object slides in them.
 class Rest {
  public:
   static constexpr double kCommand = 0.003, kSag = 0.1;  // rad; for grippers, a fraction of the travel
