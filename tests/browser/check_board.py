@@ -231,7 +231,9 @@ def check_address(browser, found):
     link to the episode before still opens it."""
     link = "#view:run=0,episode=0,t=0.100"
     browser.evaluate(f"location.hash = '{link}'")
-    wait_until(browser, "evalbusViewer.summary().shown.join() === '0/0'", "the episode is not shown")
+    # The list, which may be that of another run, is updated one animation frame later.
+    wait_until(browser, "evalbusViewer.summary().shown.join() === '0/0' && evalbusViewer.runPanel.list.current === '0/0'",
+               "the episode is not shown")
     row = "[...document.querySelectorAll('.ev-list .ev-row:not([hidden])')].find((one) => one.querySelector('.ev-number').textContent === '1')"
     browser.evaluate(f"{row}.click()")
     wait_until(browser, "evalbusViewer.summary().shown.join() === '0/1'", "a click does not open an episode")

@@ -646,9 +646,9 @@ TEST(Plan, IsCheckedInTheScenesOfItsTasks) {
   const fs::path out = folder.path() / "out", plan = folder.path() / "plan.yaml";
   WriteText(plan,
             "policies: [hold]\ntasks: [lift_pot/position]\nepisodes: 1\n"
-            "video: {episodes: all, cameras: [fron]}\n");
+            "video: {episodes: all, cameras: [frontt]}\n");
   const std::string problem =
-      plan.string() + ":4: key 'cameras': lift_pot/position: no camera 'fron'; did you mean 'front'?\n";
+      plan.string() + ":4: key 'cameras': lift_pot/position: no camera 'frontt'; did you mean 'front'?\n";
   for (const std::vector<std::string>& command :
        std::vector<std::vector<std::string>>{{"evalbus", "plan", "check", plan},
                                              {"evalbus", "run", plan, "--out", out},
