@@ -7,13 +7,13 @@
 
 #include "base/errors.h"
 #include "base/json_file.h"
-#include "base/text.h"
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "models/task_description.h"
 #include "plans/plan_folder.h"
 #include "plans/plan_run.h"
 #include "results/run_reader.h"
+#include "results/summary_table.h"
 #include "runner/engines.h"
 
 namespace evalbus::plans {
@@ -70,8 +70,7 @@ Certified CertifyPlan(const Plan& plan, const std::vector<std::string>& engines,
       RunAllEpisodes(folder, workers);
     } catch (const EnvironmentError&) {
       if (!stop_requested()) throw;
-      throw EnvironmentError("stopped; to resume, run the same command with " +
-                             ShellWords({"--out", out.string(), "--resume"}));
+      throw EnvironmentError("stopped; to resume, run " + results::SameCommand(out));
     }
     fmt::print("\n");
     results.push_back(ResultsOf(folder, version));

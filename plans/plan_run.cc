@@ -130,8 +130,7 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
     if (!ahead.contains(name)) suite.WriteSummary();
   }
   if (is_whole) return;
-  throw EnvironmentError("stopped; to resume, run the same command with " +
-                         ShellWords({"--out", fs::proximate(folder.path()).string(), "--resume"}));
+  throw EnvironmentError("stopped; to resume, run " + results::SameCommand(fs::proximate(folder.path())));
 }
 
 // Runs the plan in steps of plan.options.episodes episodes. A policy stops when ended(policy, episodes) is
@@ -324,9 +323,8 @@ PlanResults FinishPlan(const PlanFolder& folder, int workers) {
   runner::JobsProgress progress(pages.size(), "pages");
   const fs::path shown = fs::proximate(folder.path());
   if (!RunJobs(std::move(pages), workers, &progress, nullptr, [](const std::string&) {})) {
-    throw EnvironmentError(
-        "stopped before all pages were written; to write them, run the same command with " +
-        ShellWords({"--out", shown.string(), "--resume"}));
+    throw EnvironmentError("stopped before all pages were written; to write them, run " +
+                           results::SameCommand(shown));
   }
   WritePlanPages(folder, results);
   if (const auto failures = FirstFailures(results); !failures.empty())
@@ -335,8 +333,8 @@ PlanResults FinishPlan(const PlanFolder& folder, int workers) {
              ShellWords({"evalbus", "web", shown.string()}),
              ShellWords({"evalbus", "report", shown.string()}));
   if (!no_videos.empty()) {
-    throw EnvironmentError(fmt::format("videos are missing: {}; to record them, run the same command with {}",
-                                       no_videos, ShellWords({"--out", shown.string(), "--resume"})));
+    throw EnvironmentError(fmt::format("videos are missing: {}; to record them, run {}", no_videos,
+                                       results::SameCommand(shown)));
   }
   return results;
 }

@@ -39,6 +39,12 @@ PolicyMaker Make(const std::string&) {
   return [](const mjModel&, const model_info_t& info) { return std::make_unique<P>(info); };
 }
 
+// Returns the text before and after the first colon. The second part is empty if there is no colon.
+std::pair<std::string, std::string> AtColon(const std::string& text) {
+  const size_t colon = text.find(':');
+  return {text.substr(0, colon), colon == std::string::npos ? "" : text.substr(colon + 1)};
+}
+
 // Makes the expert of `task`, or of the task that is evaluated if `task` is empty. policy: the user's text
 // without the task. Throws the errors of CheckExpert() for `task`.
 std::function<std::unique_ptr<Expert>(const mjModel&, const model_info_t&)> ExpertOf(
@@ -54,10 +60,9 @@ PolicyMaker MakeScripted(const std::string& task) { return ExpertOf(task, "exper
 
 PolicyMaker MakeNoisy(const std::string& text) {
   double amplitude = NoisyPolicy::kAmplitude;
-  const size_t colon = text.find(':');
-  std::string number = text.substr(0, colon), task = colon == std::string::npos ? "" : text.substr(colon + 1);
-  if (colon == std::string::npos && HasExpert(number)) std::swap(number, task);
-  if (!text.empty() && !number.empty()) {
+  auto [number, task] = AtColon(text);
+  if (HasExpert(text)) std::swap(number, task);
+  if (!number.empty()) {
     amplitude = NumberFrom<double>(number).value_or(-1);
     if (!(amplitude >= 0 && amplitude <= 1)) {
       throw InputError("noisy_expert:" + text +
@@ -84,9 +89,7 @@ PolicyMaker MakeDemo(const std::string& path) {
 }
 
 PolicyMaker MakeFlawed(const std::string& text) {
-  const size_t colon = text.find(':');
-  const std::string name = text.substr(0, colon),
-                    task = colon == std::string::npos ? "" : text.substr(colon + 1);
+  const auto [name, task] = AtColon(text);
   return [flaw = FindFlaw(name), expert = ExpertOf(task, "flawed_expert:" + name)](const mjModel& model,
                                                                                    const model_info_t& info) {
     return std::make_unique<FlawedPolicy>(expert(model, info), flaw, model, info);

@@ -218,11 +218,13 @@ std::string EpisodeLine(const nlohmann::ordered_json& episode, int width, bool c
 
 std::string InvalidText(int invalid, const std::string& folder) {
   if (invalid == 0) return "";
-  return fmt::format(
-      "{} invalid because the policy's server failed; the same command with --out {} --resume runs {} "
-      "again\n",
-      invalid == 1 ? "1 episode is" : fmt::format("{} episodes are", invalid), folder,
-      invalid == 1 ? "it" : "them");
+  return fmt::format("{} invalid because the policy's server failed; {} runs {} again\n",
+                     invalid == 1 ? "1 episode is" : fmt::format("{} episodes are", invalid),
+                     SameCommand(folder), invalid == 1 ? "it" : "them");
+}
+
+std::string SameCommand(const std::filesystem::path& folder) {
+  return "the same command with " + ShellWords({"--out", folder.string(), "--resume"});
 }
 
 std::string FailedEpisodesText(const std::vector<FailedEpisode>& failed, const std::string& folder, int width,

@@ -1,6 +1,7 @@
 // Formats finished episodes and runs as text for a terminal.
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -34,6 +35,9 @@ std::string EpisodeLine(const nlohmann::ordered_json& episode, int width, bool c
 
 // Returns a line with advice on the invalid episodes in this folder; empty if there are none.
 std::string InvalidText(int invalid, const std::string& folder);
+
+// Returns "the same command with --out FOLDER --resume", which continues a run, a suite or a plan.
+std::string SameCommand(const std::filesystem::path& folder);
 
 // Returns the counts of the failure reasons, for example "2 slipped from the gripper, 1 dropped".
 std::string FailuresText(const metrics::RunSummary& summary);

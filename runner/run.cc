@@ -207,15 +207,14 @@ void RunOne(RunOptions options, const RunOutput& output = {}) {
   if (summary.statistics.episodes < run.num_wanted() && run.options.watch) {
     fmt::print("stopped after {} of {}\n", summary.statistics.episodes, Plural(run.num_wanted(), "episode"));
   } else if (summary.statistics.episodes < run.num_wanted()) {
-    throw EnvironmentError(fmt::format("stopped after {} of {}; to resume, run the same command with {}",
+    throw EnvironmentError(fmt::format("stopped after {} of {}; to resume, run {}",
                                        summary.statistics.episodes, Plural(run.num_wanted(), "episode"),
-                                       ShellWords({"--out", shown.string(), "--resume"})));
+                                       results::SameCommand(shown)));
   }
   if (without_video > 0) {
-    throw EnvironmentError(
-        fmt::format("stopped: {} {} no video yet; to record the rest, run the same command with {}",
-                    Plural(without_video, "episode"), without_video == 1 ? "has" : "have",
-                    ShellWords({"--out", shown.string(), "--resume"})));
+    throw EnvironmentError(fmt::format("stopped: {} {} no video yet; to record the rest, run {}",
+                                       Plural(without_video, "episode"), without_video == 1 ? "has" : "have",
+                                       results::SameCommand(shown)));
   }
   if (web) web->Stay();
 }

@@ -193,9 +193,8 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const R
   fmt::print("\n{} of {} runs in {}\nresults  {}\n", suite.num_done(), tasks.size(), elapsed(),
              (shown / "*" / kEpisodesJsonl).string());
   if (suite.num_done() < static_cast<int>(tasks.size())) {
-    throw EnvironmentError(fmt::format("stopped after {} of {} runs; to resume, run the same command with {}",
-                                       suite.num_done(), tasks.size(),
-                                       ShellWords({"--out", shown.string(), "--resume"})));
+    throw EnvironmentError(fmt::format("stopped after {} of {} runs; to resume, run {}", suite.num_done(),
+                                       tasks.size(), results::SameCommand(shown)));
   }
   if (web) web->Stay();
 }

@@ -146,7 +146,9 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
   if (is_shared && !is_begun && options.out.empty()) {
     throw InputError("--part and --slurm require --out, the folder that all parts share");
   }
-  const plans::Plan plan = is_begun ? plans::PlanFolder(file.parent_path()).plan() : plans::ReadPlan(file);
+  const std::optional<plans::PlanFolder> begun =
+      is_begun ? std::optional<plans::PlanFolder>(file.parent_path()) : std::nullopt;
+  const plans::Plan plan = begun ? begun->plan() : plans::ReadPlan(file);
   if ((is_shared || plan_options.slurm.dry_run) && plan.until)
     throw InputError(
         "--part, --slurm, --slurm-dry-run: a plan with 'until' must test all results during the run: "
@@ -154,8 +156,7 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
   const auto in_folder = [&](const auto& work) {
     // A part of a plan that has begun, such as a task of Slurm, belongs to a plan that was checked.
     if (!is_begun || plan_options.part.empty()) plans::CheckScenes(plan);
-    is_begun ? work(plans::PlanFolder(file.parent_path()))
-             : work(plans::PlanFolder(plan, options.out, !plan_options.slurm.dry_run));
+    begun ? work(*begun) : work(plans::PlanFolder(plan, options.out, !plan_options.slurm.dry_run));
   };
   plans::SlurmOptions slurm = plan_options.slurm;
   slurm.cpus = options.workers;

@@ -490,14 +490,14 @@ CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const Cause
   }
   // An object that was put down as the task requires does not explain a failure with another object. A
   // gripper that stayed open may have had nothing to do because of it.
-  const std::vector<CauseMoment> all = moments;
-  std::erase_if(moments, [&](const CauseMoment& moment) {
-    return moment.put_down && std::ranges::any_of(all, [&](const CauseMoment& other) {
+  const auto is_harmless = [&](const CauseMoment& moment) {
+    return moment.put_down && std::ranges::any_of(moments, [&](const CauseMoment& other) {
              return !other.put_down && !other.stayed_open && other.object >= 0 &&
                     other.object != moment.object;
            });
-  });
-  CauseMoment first = *std::ranges::min_element(moments, {}, &CauseMoment::tick);
+  };
+  CauseMoment first = *std::ranges::min_element(
+      moments, {}, [&](const CauseMoment& moment) { return std::pair(is_harmless(moment), moment.tick); });
   if (first.gripper >= 0) {
     first.tried_again = std::ranges::any_of(closings_.closings(), [&](const EmptyClosing& closing) {
       return closing.gripper == first.gripper && closing.tick > first.tick;

@@ -70,8 +70,9 @@ class ConditionProgress {
 // object slides in them.
 class Rest {
  public:
-  static constexpr double kCommand = 0.003, kSag = 0.1;  // rad; for grippers, a fraction of the travel
-  static constexpr double kSettled = 1;                  // s
+  static constexpr double kCommand = 0.003;  // rad; for grippers, a fraction of the travel
+  static constexpr double kSag = 0.1;        // rad
+  static constexpr double kSettled = 1;      // s
   // An arm or a gripper follows its commands with a delay, and is at rest this long (s) after they no longer
   // change.
   static constexpr double kCommandLag = 0.5;
