@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+#include <string_view>
 #include <vector>
 
 #include "base/errors.h"
@@ -15,8 +19,30 @@ using tinyxml2::XMLDocument;
 using tinyxml2::XMLElement;
 using tinyxml2::XMLNode;
 
+// Throws InputError for numbers that MuJoCo accepts although they have no physical meaning. MuJoCo treats an
+// attribute that is NaN as absent, so that a mass of NaN becomes volume times density.
+void CheckNumbers(const XMLElement& element) {
+  for (const char* name :
+       {"mass", "density", "friction", "diaginertia", "fullinertia", "damping", "stiffness", "armature",
+        "frictionloss", "size", "pos", "quat", "gear", "kp", "gravity"}) {
+    const char* text = element.Attribute(name);
+    std::istringstream words(text ? text : "");
+    for (std::string word; words >> word;) {
+      char* end = nullptr;
+      const double number = std::strtod(word.c_str(), &end);
+      if (*end != 0) continue;  // reported by MuJoCo
+      const bool is_friction = std::string_view(name) == "friction";
+      if (std::isfinite(number) && !(is_friction && number < 0)) continue;
+      throw InputError(SourceOf(&element) + ": attribute '" + name + "': expected " +
+                       (is_friction ? "finite numbers of at least 0" : "finite numbers") + ", got '" + word +
+                       "'");
+    }
+  }
+}
+
 void TagSources(XMLElement* element, const std::string& file) {
   element->SetAttribute(kSourceAttribute, (file + ":" + std::to_string(element->GetLineNum())).c_str());
+  CheckNumbers(*element);
   for (XMLElement* child = element->FirstChildElement(); child; child = child->NextSiblingElement()) {
     TagSources(child, file);
   }

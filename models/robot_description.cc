@@ -55,14 +55,19 @@ std::vector<double> OptionalNumbers(const YamlMap& map, const std::string& key, 
   return value ? value->Numbers(size, range) : std::vector<double>();
 }
 
-// Returns the value of a key that ends in _m (slide joints) or _rad (hinge joints).
-double TravelOf(const YamlMap& map, const std::string& stem) {
-  const YamlValue* meters = map.Find(stem + "_m");
-  const YamlValue* radians = map.Find(stem + "_rad");
-  if ((meters != nullptr) == (radians != nullptr)) {
-    map.value().Fail("expected either '" + stem + "_m' or '" + stem + "_rad'");
+// Reads the joint positions of the open and of the closed gripper, from keys that end in _m (slide joints) or
+// in _rad (hinge joints).
+void ReadTravel(const YamlMap& map, GripperDescription* gripper) {
+  const std::string open = "joint_open", closed = "joint_closed";
+  const auto has = [&](const char* unit) { return map.Find(open + unit) && map.Find(closed + unit); };
+  const bool is_slide = has("_m");
+  const std::string unit = is_slide ? "_m" : "_rad", other = is_slide ? "_rad" : "_m";
+  if (is_slide == has("_rad") || map.Find(open + other) || map.Find(closed + other)) {
+    map.value().Fail(
+        "expected either 'joint_open_m' and 'joint_closed_m', or 'joint_open_rad' and 'joint_closed_rad'");
   }
-  return (meters ? meters : radians)->Number();
+  gripper->joint_open = map[open + unit].Number();
+  gripper->joint_closed = map[closed + unit].Number();
 }
 
 void ReadStand(const YamlValue& value, const ModelSources& sources, ArmDescription* arm) {
@@ -170,8 +175,7 @@ GripperDescription ReadGripper(const YamlValue& value, const ArmDescription& arm
   }
 
   gripper.joints = NamesFrom(map["joints"], NamesIn(*model, "worldbody", "joint"), "joint", model->file);
-  gripper.joint_open = TravelOf(map, "joint_open");
-  gripper.joint_closed = TravelOf(map, "joint_closed");
+  ReadTravel(map, &gripper);
   if (gripper.joint_open == gripper.joint_closed) value.Fail("joint_open and joint_closed must differ");
   if (const YamlValue* damping = map.Find("joint_damping_Ns_per_m")) {
     gripper.joint_damping = damping->Number(kNotNegative);
@@ -252,6 +256,10 @@ RobotDescription LoadRobot(const std::filesystem::path& file, const ModelSources
     ArmDescription arm;
     arm.location = entry.location();
     arm.name = arm_map["name"].Name();
+    for (const char* meaning : {"all", "any", "first", "other"}) {
+      if (arm.name == meaning)
+        arm_map["name"].Fail("conditions of tasks use '" + arm.name + "' for other arms");
+    }
     for (const ArmDescription& other : robot.arms) {
       if (other.name == arm.name) arm_map["name"].Fail("another arm has the name '" + arm.name + "'");
     }

@@ -39,10 +39,13 @@ PolicyMaker Make(const std::string&) {
   return [](const mjModel&, const model_info_t& info) { return std::make_unique<P>(info); };
 }
 
-// Returns the text before and after the first colon. The second part is empty if there is no colon.
+// Returns the text before and after the first colon. The second part is empty if there is no colon. Throws
+// InputError if nothing follows the colon.
 std::pair<std::string, std::string> AtColon(const std::string& text) {
   const size_t colon = text.find(':');
-  return {text.substr(0, colon), colon == std::string::npos ? "" : text.substr(colon + 1)};
+  if (colon == std::string::npos) return {text, ""};
+  if (colon + 1 == text.size()) throw InputError("policy argument '" + text + "': expected a task after ':'");
+  return {text.substr(0, colon), text.substr(colon + 1)};
 }
 
 // Makes the expert of `task`, or of the task that is evaluated if `task` is empty. policy: the user's text

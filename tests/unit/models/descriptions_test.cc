@@ -81,7 +81,11 @@ TEST(RobotDescription, MistakesNameTheLine) {
   EXPECT_EQ(RobotError("slide2]", "joint1]"),
             "12: key 'joints[1]': newer_hand.xml has no joint 'joint1'; expected one of slide1, slide2");
   EXPECT_EQ(RobotError("      joint_open_m: 0.04\n", ""),
-            "9: key 'gripper': expected either 'joint_open_m' or 'joint_open_rad'");
+            "9: key 'gripper': expected either 'joint_open_m' and 'joint_closed_m', or 'joint_open_rad' and "
+            "'joint_closed_rad'");
+  EXPECT_EQ(RobotError("joint_closed_m: 0", "joint_closed_rad: 0"),
+            "9: key 'gripper': expected either 'joint_open_m' and 'joint_closed_m', or 'joint_open_rad' and "
+            "'joint_closed_rad'");
   EXPECT_EQ(RobotError("closed_m: 0", "closed_m: 0.04"),
             "9: key 'gripper': joint_open and joint_closed must differ");
   EXPECT_EQ(RobotError("command_closed: 0", "command_closed: 255"),
@@ -93,6 +97,8 @@ TEST(RobotDescription, MistakesNameTheLine) {
             "3: key 'wrist_site': required here, but missing in 'arms[0]'");
   EXPECT_EQ(RobotError("name: left", "name: left/arm"),
             "3: key 'name': expected a name of letters, digits and underscores, got 'left/arm'");
+  EXPECT_EQ(RobotError("name: left", "name: any"),
+            "3: key 'name': conditions of tasks use 'any' for other arms");
 }
 
 TEST(RobotDescription, ModelsAreLookedForInTheModelPath) {

@@ -201,6 +201,19 @@ struct SceneFiles {
   TempFolder folder;
 };
 
+TEST(Scene, RefusesNumbersThatMuJoCoAccepts) {
+  for (const auto& [attribute, error] : std::vector<std::pair<std::string, std::string>>{
+           {"mass='nan'", "attribute 'mass': expected finite numbers, got 'nan'"},
+           {"friction='-1 0 0'", "attribute 'friction': expected finite numbers of at least 0, got '-1'"},
+           {"friction='1 NaN 0'", "attribute 'friction': expected finite numbers of at least 0, got 'NaN'"},
+           {"density='inf'", "attribute 'density': expected finite numbers, got 'inf'"}}) {
+    const SceneFiles files;
+    files.folder.Write("thing.xml",
+                       "<mujoco><worldbody>\n<geom size='0.1' " + attribute + "/></worldbody></mujoco>");
+    EXPECT_EQ(files.Error(), "thing.xml:2: " + error);
+  }
+}
+
 TEST(Scene, ModelsForNewerVersions) {
   const SceneFiles files;
   const Scene scene = files.Build();

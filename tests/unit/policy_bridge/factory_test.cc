@@ -58,6 +58,7 @@ TEST(Experts, SolveCopiesOfTheirTask) {
   EXPECT_EQ(
       ErrorOnCopy("noisy_expert:2"),
       "noisy_expert:2: expected the maximum deviation of a joint, 0 to 1 rad, or a task with an expert");
+  EXPECT_EQ(ErrorOnCopy("noisy_expert:lift_pot:"), "policy argument 'lift_pot:': expected a task after ':'");
 }
 
 }  // namespace evalbus::policy::factory_test
