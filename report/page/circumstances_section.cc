@@ -29,8 +29,9 @@ void ChoiceRates(const results::Circumstance& parameter, Markup* html) {
     html->Element("tbody", {}, [&] {
       for (const results::CircumstanceBin& bin : parameter.bins) {
         html->Element("tr", {{"title", BinTitle(parameter, bin)}}, [&] {
-          html->Element("th", {{"scope", "row"}},
-                        [&] { html->Element(bin.is_low ? "b" : "span", {}, bin.choice); });
+          html->Element("th", {{"scope", "row"}}, [&] {
+            html->Element(bin.is_low && parameter.is_shown() ? "b" : "span", {}, bin.choice);
+          });
           html->Element("td", {{"class", "bar"}},
                         [&] { DrawShare(bin.rate(), bin.wilson().lower, bin.wilson().upper, false, html); });
           html->Element("td", {{"class", "number"}},
@@ -43,11 +44,11 @@ void ChoiceRates(const results::Circumstance& parameter, Markup* html) {
 
 void RangeRates(const results::Circumstance& parameter, Markup* html) {
   const results::ParameterName name = results::NameOfParameter(parameter.name);
-  RateFigure figure{.name = name.label,
-                    .unit = name.unit,
-                    .bins = {},
-                    .from = parameter.from * name.scale,
-                    .to = parameter.to * name.scale};
+  RateFigure figure{.name = name.label, .unit = name.unit, .bins = {}};
+  if (parameter.is_shown()) {
+    figure.from = parameter.from * name.scale;
+    figure.to = parameter.to * name.scale;
+  }
   for (const results::CircumstanceBin& bin : parameter.bins) {
     const metrics::Interval interval = bin.wilson();
     figure.bins.push_back({.from = bin.from * name.scale,
@@ -91,8 +92,8 @@ void WriteCircumstances(const RunSection& section) {
     html->Element(
         "p", {{"class", "note"}},
         "Success rate by the start's random parameters, with 95 % intervals; most significant first. "
-        "Shaded, or bold: the values that differ most from the rest. Permutation tests, p adjusted with "
-        "Holm's method.");
+        "Shaded, or bold: the values that differ most from the rest, if p < 0.05. Permutation tests, p "
+        "adjusted with Holm's method.");
     Folded(figures, kParametersShown, "more parameters", "cards", html);
   });
 }

@@ -357,12 +357,14 @@ void DrawRates(const RateFigure& figure, Markup* html) {
   std::string rates;
   for (const RateFigure::Bin& bin : figure.bins) rates += (rates.empty() ? "" : ", ") + Percent(bin.rate);
   OpenFigure(kWidth, kHeight, "success by " + figure.name + ": " + rates, html);
-  const double from = x(std::clamp(figure.from, first, last)), to = x(std::clamp(figure.to, first, last));
-  html->Empty("rect", {{"class", "shaded"},
-                       {"x", Px(from)},
-                       {"y", Px(kTop)},
-                       {"width", Px(to - from)},
-                       {"height", Px(kBottom - kTop)}});
+  if (figure.from < figure.to) {
+    const double from = x(std::clamp(figure.from, first, last)), to = x(std::clamp(figure.to, first, last));
+    html->Empty("rect", {{"class", "shaded"},
+                         {"x", Px(from)},
+                         {"y", Px(kTop)},
+                         {"width", Px(to - from)},
+                         {"height", Px(kBottom - kTop)}});
+  }
   for (const double mark : {0.0, 0.5, 1.0}) {
     Line("grid", kLeft, y(mark), kRight, y(mark), html);
     Label(kLeft - 5, y(mark) + 4, "end", Percent(mark), html);

@@ -83,7 +83,7 @@ struct RateFigure {
     std::string title;  // tooltip of the bin
   };
   std::vector<Bin> bins;  // ascending; the first and the last differ
-  // Values of the parameter between which the figure is shaded, clipped to the axis.
+  // Values of the parameter between which the figure is shaded, clipped to the axis; equal: not shaded.
   double from = 0, to = 0;
 };
 void DrawRates(const RateFigure& figure, Markup* html);

@@ -39,20 +39,18 @@ std::string FailureSentence(const metrics::RunSummary& summary) {
   return text;
 }
 
-// Draws the most frequent failure reasons as bars.
+// Draws the failure reasons as bars, the most frequent first.
 void FailureBars(const metrics::RunSummary& summary, Markup* html) {
-  constexpr size_t kShown = 3;
-  const auto& reasons = summary.failure_reasons;
-  if (reasons.empty()) return;
+  if (summary.failure_reasons.empty()) return;
   html->Element("table", {{"class", "bars"}}, [&] {
     html->Element("tbody", {}, [&] {
-      for (size_t i = 0; i < std::min(reasons.size(), kShown); ++i) {
+      for (const auto& [reason, count] : summary.failure_reasons) {
         html->Element("tr", {}, [&] {
-          html->Element("th", {{"scope", "row"}}, end_reason::Text(reasons[i].first));
-          html->Element("td", {{"class", "bar"}}, [&] {
-            DrawBar(static_cast<double>(reasons[i].second) / summary.complete, "bad", html);
+          html->Element("th", {{"scope", "row"}}, end_reason::Text(reason));
+          html->Element("td", {{"class", "bar"}}, [&, count = count] {
+            DrawBar(static_cast<double>(count) / summary.complete, "bad", html);
           });
-          NumberCell(reasons[i].second, html);
+          NumberCell(count, html);
         });
       }
     });
