@@ -81,7 +81,8 @@ std::vector<std::pair<std::string, std::vector<double>>> Observe(const model_inf
   return result;
 }
 
-// Returns true if a state has as many bodies, arms, joints, grippers and coordinates as the model.
+// Returns true if a state has as many bodies, arms, joints and grippers as the model, and as many coordinates
+// as the first state.
 bool Fits(const state_t& state, const model_info_t& model, const state_t& first) {
   const auto has_joints = [&](const arm_state_t& arm, const arm_info_t& info) {
     const auto n = static_cast<size_t>(info.num_joints);

@@ -113,7 +113,7 @@ inline bool IsOfSuccessesOnly(std::string_view name) { return name == "completio
 std::span<const MetricInfo> Metrics();
 std::span<const TrackOption> TrackOptions();
 
-// Returns false if the task has switched the metric off.
+// Returns true unless the task disables the metric.
 inline bool IsTracked(const MetricInfo& metric, const metric_values_t& values) {
   return !metric.track || values.*metric.track->member;
 }

@@ -33,7 +33,7 @@ class ProgressLine {
   // of episodes, including fractions.
   void Show(double done) { Show(done, std::chrono::steady_clock::now()); }
   void Show(double done, Time now);
-  // Must be called before anything else is printed.
+  // Erases the line. Must be called before anything else is printed.
   void Clear();
 
  private:

@@ -19,7 +19,7 @@
 namespace evalbus::runner {
 
 struct RunOptions {
-  // Options of the sim; sim.task is the task of this run.
+  // Options of the sim process, including the run's task (sim.task).
   sim::SimOptions sim;
   policy::PolicyOptions policy;
   RecorderOptions recorder;

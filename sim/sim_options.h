@@ -78,8 +78,8 @@ void ForEachOption(Options& options, const F& f) {
       std::tuple{
           Option{&SimOptions::task, "task_path"},
           Option{&SimOptions::robot, "robot",
-                 "robot of models/robots or robot description (YAML) instead of the task's own", Range{},
-                 kFixed},
+                 "robot that replaces the task's own: a name in models/robots, or a robot description (YAML)",
+                 Range{}, kFixed},
           Option{&SimOptions::model_path, "model_path",
                  "folder to look for MJCF files in, e.g. a MuJoCo Menagerie"},
           Option{&SimOptions::assets, "assets",

@@ -44,8 +44,9 @@ Action AddCollect(CLI::App* app) {
       ->capture_default_str();
   app->add_option("--control-hz,--hz", run.sim.control_hz, "control ticks per simulated second, 5 to 500")
       ->capture_default_str();
-  app->add_option("--robot", run.sim.robot,
-                  "robot of models/robots or robot description (YAML) instead of the task's own");
+  app->add_option(
+      "--robot", run.sim.robot,
+      "robot that replaces the task's own: a name in models/robots, or a robot description (YAML)");
   app->add_option("--workers", run.workers,
                   "number of episodes to run in parallel; does not change the results")
       ->check(CLI::Range(1, 1024))

@@ -91,7 +91,7 @@ void AddOptions(CLI::App* app, RenderOptions* options) {
       "white outlines around the task's objects, so that small ones are found at once; not with --grid");
   AddVideoTiming(app, &options->timing);
   app->add_option("-o,--out", options->out,
-                  "video file, whose extension selects the format; default: beside the log");
+                  "video file; its extension selects the format; default: next to the log");
   app->add_flag("--report-progress", options->report_progress)->group("");
 }
 

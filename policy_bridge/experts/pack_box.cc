@@ -74,18 +74,18 @@ class PackBoxExpert : public Expert {
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
  private:
-  // A way in which an arm closes its flap: grip frames (world frame) above the flap, beside it, and under its
-  // edge.
+  // Candidate motion of an arm that closes its flap: grip frames (world frame) above the flap, beside it, and
+  // under its edge.
   struct Way {
     Eigen::Isometry3d over, beside, under;
     Turning turning;
   };
 
-  // Returns all candidate ways in which the arm could close its flap, the most natural first. They may be
-  // infeasible.
+  // Returns all candidate motions with which the arm could close its flap, the most natural first. They may
+  // be infeasible.
   std::vector<Way> Ways(const state_t& state, int arm);
-  // Tries ways of this arm alone, from `start`, until enough feasible ways are known. Returns false if that
-  // takes more effort than a tick allows. It must then be called again at the next tick.
+  // Tries motions of this arm alone, from `start`, until enough feasible ones are known. Returns false if
+  // that takes more effort than a tick allows. It must then be called again at the next tick.
   bool Search(const Plan& start, const state_t& state, int arm);
   // Extends `plan`: the hands go under the flaps in these ways.
   static Plan GoUnder(const Plan& plan, const std::vector<Way>& ways);

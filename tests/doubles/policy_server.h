@@ -51,8 +51,8 @@ class PolicyServerDouble {
 
   struct Options {
     Wire wire = Wire::kOpenpi;  // or kRoboArena, kVlaEval, kXPolicyLab
-    // First message of openpi and RoboArena, and the answer to a hello of vla-eval ("protocol_version" is
-    // added) and XPolicyLab.
+    // openpi and RoboArena: first message to each client. vla-eval and XPolicyLab: answer to the client's
+    // hello; for vla-eval, "protocol_version" is added.
     Answer greeting = Value(Map{});
     // Answer to an observation, without RoboArena's endpoint and without the envelope of vla-eval and
     // XPolicyLab. The function runs on the server's thread and blocks it, as in openpi.

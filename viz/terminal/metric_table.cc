@@ -81,7 +81,7 @@ class Table {
       row.line.push_back(
           {std::string(static_cast<size_t>(std::max(0, left_width_ + kGap - LineWidth(row.line))), ' ')});
       if (i < scalars_.size()) {
-        // The rank of a line is the lower rank of its two halves.
+        // A line with two metrics is kept as long as the more important one would be kept.
         const RankedLine right = ScalarLine(scalars_[i], label);
         row.rank = std::min(row.rank, right.rank);
         row.line.insert(row.line.end(), right.line.begin(), right.line.end());
