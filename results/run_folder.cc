@@ -163,7 +163,7 @@ RunFolder::RunFolder(const fs::path& out, const std::string& name, bool resume, 
   const bool fresh = !fs::exists(path_) ||
                      (fs::is_directory(path_) && (resume ? HoldsNothing(path_, mark) : fs::is_empty(path_)));
   if (!fresh && !(resume && fs::exists(path_ / mark))) {
-    throw InputError(shown + (resume ? ": exists and holds nothing to resume; it has no " + mark
+    throw InputError(shown + (resume ? ": exists, but contains nothing to resume; it has no " + mark
                                      : ": exists and is not an empty folder; choose another name, or add "
                                        "--resume to continue an interrupted run"));
   }
