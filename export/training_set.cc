@@ -339,7 +339,7 @@ void WriteSafetensors(const std::vector<fs::path>& logs, const fs::path& folder,
       throw InputError(log.string() +
                        ": RoboEval's layout requires two arms with 7 joints and a gripper each");
     if (!known.insert(episode.begin.header.episode).second)
-      throw InputError(log.string() + ": its episode number occurs in another log, too");
+      throw InputError(log.string() + ": its episode number also occurs in another log");
   }
   fs::create_directories(folder);
   std::string starts;

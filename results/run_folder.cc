@@ -48,7 +48,7 @@ class File {
       const ssize_t n = write(fd_, text.data() + done, text.size() - done);
       if (n < 0 && errno != EINTR) {
         const int error = errno;
-        // If this fails, too, the next append removes the incomplete line.
+        // If this also fails, the next append removes the incomplete line.
         [[maybe_unused]] const int cut = ftruncate(fd_, before);
         errno = error;
         Check(false);

@@ -231,7 +231,7 @@ void RunController::FinishIfRecorded() {
   if (!attempt_.ended || !attempt_.summary || !attempt_.recorded || attempt_.has_failed_process) return;
   const episode_summary_t& summary = *attempt_.summary;
   // The metrics process copies tick and reason from EPISODE_END. They are compared only if this process has
-  // received EPISODE_END, too.
+  // also received EPISODE_END.
   if (attempt_.end &&
       (!SameTick(attempt_.end->header, summary.header) || attempt_.end->end_reason != summary.end_reason)) {
     return BeginAgain("EPISODE_SUMMARY does not match EPISODE_END: is an old log being played on this bus?");

@@ -25,7 +25,7 @@ struct SimOptions {
   std::string robot;
   std::vector<std::filesystem::path> model_path;
   std::vector<std::string> assets;
-  // Version of MuJoCo that simulates; empty for the version that this program is linked with.
+  // MuJoCo version for the simulation; empty for the version that this program is linked with.
   std::string engine;
   double control_hz = 50;
   bool realtime = false;

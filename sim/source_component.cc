@@ -458,7 +458,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
     if (!beyond.empty()) arrived.beyond_range = fmt::format("sample {}: {}", message.sample, beyond);
   }
   if (!arrived.fault.empty()) {
-    // A fault in the very first sample (units, order) probably affects all later ones, too, so it ends the
+    // A fault in the very first sample (units, order) probably also affects all later ones, so it ends the
     // run.
     if (newest_episode_ == 0 && !newest_->first_stamp_us && !begins_late) {
       throw InputError(fmt::format("source '{}', sample {}: {}", source(), message.sample, arrived.fault));

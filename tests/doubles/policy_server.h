@@ -66,7 +66,7 @@ class PolicyServerDouble {
     // 101 accepts the WebSocket upgrade; any other status refuses it. 0 answers with bytes that are not HTTP;
     // -1 does not answer.
     int http_status = 101;
-    // Whether Requests() keeps the requests. A benchmark sets this to false, because it sends too many.
+    // True if Requests() keeps the requests. A benchmark sets this to false, because it sends too many.
     bool keeps_requests = true;
   };
 

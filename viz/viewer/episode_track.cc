@@ -398,7 +398,7 @@ void EpisodeTrack::AddHead(Json* head_in) const {
   head["attempt"] = episode_.attempt;
 }
 
-// Adds the members of the head that "ticks" blocks contain, too.
+// Adds the members of the head that "ticks" blocks also contain.
 void EpisodeTrack::AddChanging(Json* head_in) const {
   Json& head = *head_in;
   head["ticks"] = ticks();

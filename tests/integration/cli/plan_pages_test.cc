@@ -173,7 +173,7 @@ TEST_F(PlanPages, OfSeveralPoliciesHaveThePOfAllAndARanking) {
   EXPECT_THAT(Page("flawed_expert-miss/report.html"),
               HasSubstr("<h1>flawed_expert-miss succeeds in 0 of 8 episodes of lift_pot/position</h1>"));
 
-  // `verify` makes all pages again: the plan's page, two comparisons and three reports of policies.
+  // `verify` regenerates all pages: the plan's page, two comparisons and three reports of policies.
   const auto verify = [&] { return RunProgram({"evalbus", "verify", results_}); };
   EXPECT_THAT(verify().out, HasSubstr("; 6 pages made again"));
   for (const std::string name : {"report.html", "flawed_expert-miss/against_expert.html"}) {
