@@ -13,7 +13,7 @@ namespace {
 constexpr int kArmLabel = 16, kMaxArmLabel = 24, kLabel = 25, kMaxLabel = 30;
 constexpr int kUnit = 7, kLabelUnit = 6, kGap = 2;
 
-// Returns whether the screen shows a metric outside of this table.
+// Returns whether the screen shows a metric outside this table.
 bool IsElsewhere(const MetricInfo& metric) {
   return metric.counter || metric.name == "completion_time" || metric.name == "subtask_progress" ||
          metric.name.starts_with("extended.min_clearance_");

@@ -481,7 +481,7 @@ TEST_F(SourceComponentTest, ARefusedLastSampleDoesToo) {
   EXPECT_EQ(Ticks(), std::vector<int64_t>{0});
 }
 
-// A source sends each sample twice. All ticks after the first are missing, also those at the end.
+// A source sends each sample twice. All ticks after the first are missing, including those at the end.
 TEST_F(SourceComponentTest, TicksThatAreMissingAtTheEndCount) {
   Start();
   for (int64_t k = 0; k < 10; ++k) {
