@@ -299,10 +299,10 @@ void RunController::Poll(SteadyTime now) {
       std::max(std::chrono::duration<double>(kStartSilence).count(), plan_.policy_timeout_s);
   if (!attempt_.started && waited > std::chrono::duration<double>(start_s) && !plan_.is_by_hand &&
       !plan_.is_watched) {
-    BeginAgain(fmt::format(
-        "not all components were ready for the episode within {:g} s: does another process publish "
-        "commands on this bus?",
-        start_s));
+    BeginAgain(
+        fmt::format("not all components were ready for the episode within {:g} s; does another process "
+                    "publish commands on this bus?",
+                    start_s));
     return;
   }
   // The timeouts below are reached if EPISODE_SUMMARY or the recorder's STATUS was lost, or if a component is

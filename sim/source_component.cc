@@ -85,7 +85,7 @@ std::string MillisecondsText(double time_s) {
 std::string UnitHint(double apart_s, double period_s) {
   const double periods = apart_s / period_s;
   if (periods < 900 || periods > 1100) return "";
-  return "; are these milliseconds instead of seconds, or nanoseconds instead of microseconds?";
+  return "; is the unit milliseconds instead of seconds, or nanoseconds instead of microseconds?";
 }
 
 std::optional<SourceMap> MapOf(const SimOptions& options) {
