@@ -126,7 +126,7 @@ class Builder : public nlohmann::json_sax<Json> {
   void Close() { open_.pop_back(); }
 
   // Must be called when an object is complete, because it may be an element for take_. Once take_ has refused
-  // an element, all later elements are stored, too.
+  // an element, all later elements are also stored.
   void Offer() {
     if constexpr (std::is_same_v<Json, nlohmann::json>) {
       if (!take_ || open_.size() != 2 || outermost_key_ != taken_key_) return;

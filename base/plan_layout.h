@@ -1,4 +1,4 @@
-// Names in the folder of a plan's results (plans/plan_folder.h). Pages read these files, too.
+// Names in the folder of a plan's results (plans/plan_folder.h). Pages also read these files.
 #pragma once
 
 #include <algorithm>

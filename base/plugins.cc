@@ -29,7 +29,7 @@ void Load(const char* variable, const fs::path& plugin) {
   const auto* const version = static_cast<const char*>(dlsym(library, "evalbus_plugin_version"));
   const auto begin = reinterpret_cast<void (*)()>(dlsym(library, "evalbus_plugin"));
   if (!version || !begin)
-    throw InputError(place + ": is not a plugin of evalbus: it has no EVALBUS_PLUGIN { }");
+    throw InputError(place + ": is not an evalbus plugin: it has no EVALBUS_PLUGIN { }");
   if (std::string(version) != EVALBUS_PLUGIN_VERSION) {
     throw InputError(place + ": was built for evalbus " + version + ", this is " EVALBUS_PLUGIN_VERSION);
   }

@@ -7,7 +7,7 @@
 
 namespace evalbus {
 
-// Meaning of a text. Colors only repeat information that symbols or words show, too.
+// Meaning of a text. Colors only repeat information that symbols or words also show.
 enum class Style { kPlain, kStrong, kQuiet, kGood, kBad };
 
 // Returns true if `out` is a terminal with colors and the user has not set NO_COLOR (https://no-color.org).

@@ -60,7 +60,7 @@ std::string Printable(const std::string& text) {
   for (std::string_view rest = text; !rest.empty();) {
     const auto character = FirstCharacter(rest);
     const size_t bytes = character ? character->bytes : 1;
-    // U+0080 to U+009F are control characters, too; the last two codes of each plane are not characters.
+    // U+0080 to U+009F are also control characters; the last two codes of each plane are not characters.
     const bool is_shown = character && character->code >= 0x20 &&
                           !(character->code >= 0x7F && character->code < 0xA0) &&
                           (character->code & 0xFFFE) != 0xFFFE;

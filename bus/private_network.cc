@@ -123,7 +123,7 @@ ReservedBus ChooseBus(const std::string& asked) {
     return {};
   }
   fmt::print(
-      "bus {} in a private network namespace, since this machine has no multicast ('evalbus doctor' gives "
+      "bus {} in a private network namespace, because this machine has no multicast ('evalbus doctor' gives "
       "the reason); outside, only 'evalbus monitor' and 'evalbus-viz' can listen\n",
       bus.url());
   std::fflush(stdout);

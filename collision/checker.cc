@@ -51,7 +51,7 @@ struct Geom {
   int body = -1;
   Shape shape;
   double radius = 0;
-  // Whether the geom can be on the robot's side, or on the scene's side, of a clearance.
+  // True if the geom can be on the robot's side, or on the scene's side, of a clearance.
   bool is_moving_robot = false;
   bool is_scene = false;
   // Pose in the body frame.

@@ -81,7 +81,8 @@ std::vector<std::pair<std::string, std::vector<double>>> Observe(const model_inf
   return result;
 }
 
-// Returns true if a state has as many bodies, arms, joints, grippers and coordinates as the model.
+// Returns true if a state has as many bodies, arms, joints and grippers as the model, and as many coordinates
+// as the first state.
 bool Fits(const state_t& state, const model_info_t& model, const state_t& first) {
   const auto has_joints = [&](const arm_state_t& arm, const arm_info_t& info) {
     const auto n = static_cast<size_t>(info.num_joints);
@@ -338,7 +339,7 @@ void WriteSafetensors(const std::vector<fs::path>& logs, const fs::path& folder,
       throw InputError(log.string() +
                        ": RoboEval's layout requires two arms with 7 joints and a gripper each");
     if (!known.insert(episode.begin.header.episode).second)
-      throw InputError(log.string() + ": its episode number occurs in another log, too");
+      throw InputError(log.string() + ": its episode number also occurs in another log");
   }
   fs::create_directories(folder);
   std::string starts;

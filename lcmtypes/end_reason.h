@@ -28,9 +28,9 @@ inline constexpr char kEndOfData[] = "end_of_data";
 // The episode was disturbed. It is retried and counts in no rate.
 inline constexpr char kAborted[] = "aborted";
 
-// This is the reason why an episode has no verdict, not why it ended: quantities that success or failure
-// require are unavailable. No conclusion about the policy can be drawn; the episode counts in no success
-// rate.
+// The episode has no verdict, because quantities that its success or failure condition needs are unavailable.
+// This does not describe how the episode ended. No conclusion about the policy can be drawn, so no success
+// rate counts the episode.
 inline constexpr char kNotJudged[] = "not_judged";
 
 // Returns the end reason for a verdict (partial_metrics_t); empty while it is undecided.

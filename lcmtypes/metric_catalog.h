@@ -48,8 +48,8 @@ enum class MetricInput {
   kVerdict,                // success and failure can be judged
 };
 
-// A group of metrics that a task can switch off. `key` is its key in the task's `metrics` section; `member`
-// is the member of metric_values_t that shows whether it is tracked.
+// A group of metrics that a task can disable. `key` is its key in the task's `metrics` section; `member` is
+// the member of metric_values_t that shows whether it is tracked.
 struct TrackOption {
   std::string_view key;
   int8_t metric_values_t::*member;
@@ -87,7 +87,7 @@ struct MetricInfo {
   double scale = 1;
   // Range of possible values, in SI units.
   double least = 0, most = std::numeric_limits<double>::infinity();
-  // Group that the metric belongs to; null if it cannot be switched off.
+  // Group that the metric belongs to; null if it cannot be disabled.
   const TrackOption* track = nullptr;
 
   // Members of messages for RoboEval's metrics; the kind determines which are set. Success, stages and
@@ -113,7 +113,7 @@ inline bool IsOfSuccessesOnly(std::string_view name) { return name == "completio
 std::span<const MetricInfo> Metrics();
 std::span<const TrackOption> TrackOptions();
 
-// Returns false if the task has switched the metric off.
+// Returns true unless the task disables the metric.
 inline bool IsTracked(const MetricInfo& metric, const metric_values_t& values) {
   return !metric.track || values.*metric.track->member;
 }

@@ -16,8 +16,8 @@ namespace evalbus {
 // not fit the task or the robot.
 model_info_t DescribeModel(const TaskDescription& task, const RobotDescription& robot, const mjModel& model);
 
-// Name of a number in the <custom> section of a model. It is 0 if the robot's controller does not compensate
-// gravity, so that the servos hold the arms.
+// Name of an entry in a model's <custom> section. The entry is 0 if the robot's controller does not
+// compensate gravity, so that the servos must hold the arms.
 inline constexpr const char* kGravityCompensation = "gravity_compensation";
 
 // Returns whether the sim compensates gravity and Coriolis forces of the arms. True if the model does not

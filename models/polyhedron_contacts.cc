@@ -14,7 +14,8 @@ namespace {
 using Vector = std::array<double, 3>;
 using Point = std::array<double, 2>;
 
-// These operators are called a thousand times per physics step, and GCC does not inline them by itself.
+// These operators are called a thousand times per physics step, and GCC does not inline them without this
+// attribute.
 [[gnu::always_inline]] inline Vector operator+(const Vector& a, const Vector& b) {
   return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
 }

@@ -42,7 +42,7 @@ struct ArmDescription {
   std::vector<double> position_gain;  // N m / rad; also removes the actuator's velocity gain
   std::vector<double> joint_damping;  // N m s / rad
   std::vector<double> armature;       // kg m^2
-  // Whether lights in the arm's model file are lights of the scene.
+  // True if the lights in the arm's model file become lights of the scene.
   bool keep_lights = false;
   // MJCF file of the arm's stand (empty if there is none), and its pose in the frame of the arm's base.
   std::filesystem::path stand_file;
@@ -105,9 +105,9 @@ struct RobotDescription {
   // True if the robot's controller compensates gravity and Coriolis forces on the arms, as the Panda's own
   // controller does. If false, the servos hold the arms against gravity, so the arms sag.
   bool gravity_compensation = true;
-  // Number of physics steps that the robot makes from its home before an episode begins. Everything else is
-  // then put back.
-  // RoboEval's reset makes one step before it places the objects, so its arms already move at tick 0.
+  // Number of physics steps that are simulated from home before an episode begins. Afterwards, everything
+  // except the robot is set back to its initial state. RoboEval's reset simulates one step before it places
+  // the objects, so its arms already move at tick 0.
   int start_steps = 0;
 
   std::vector<std::string> arm_names() const;

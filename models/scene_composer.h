@@ -32,7 +32,7 @@ struct Attachment {
   std::map<std::string, double> stiffness{};
   // Bodies of the file that are removed, with everything attached to them.
   std::vector<std::string> without{};
-  // Whether the file's lights are added to the scene.
+  // True if the file's lights are added to the scene.
   bool keep_lights = false;
 };
 

@@ -92,7 +92,7 @@ struct AllowedContact {
   SourceLocation location;
 };
 
-// Values that replace the task's values when the task is used with another robot than its own.
+// Values that replace the task's values when the task is used with a robot other than its own.
 struct OtherRobot {
   std::string name;
   // The values also apply to any robot that has exactly these arms and is not listed by name. If empty, they
@@ -113,7 +113,7 @@ struct MetricsOptions {
 
 struct TaskDescription {
   std::string name;   // "lift_pot"
-  std::string title;  // one line for people
+  std::string title;  // one-line description for users
   // Instruction for policies that take language; may be empty.
   std::string instruction;
   std::filesystem::path file;

@@ -42,7 +42,7 @@ class FeltInertia {
 
 std::vector<std::string> FindVibration(const RobotDescription& robot, const model_info_t& info,
                                        const mjModel& model) {
-  // The criterion below holds for Euler's method only.
+  // The criterion below applies only to Euler's method.
   if (model.opt.integrator != mjINT_EULER) return {};
   const DataPtr data(mj_makeData(&model));
   for (const arm_info_t& arm : info.arm) {

@@ -144,7 +144,7 @@ struct Checked {
   std::set<std::string> shards;
   fs::path first_folder;
   std::string engine;
-  // Progress of reading the logs, which takes long for a large plan.
+  // Shows the progress of reading the logs, which takes a long time for a large plan.
   runner::ProgressLine line;
   size_t episodes = 0;
 };

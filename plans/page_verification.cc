@@ -71,7 +71,7 @@ class Verifier {
         if (path.extension() == ".html") CheckPage(path);
         if (path.extension() == ".json") CheckComparison(path);
       } catch (const InputError& error) {
-        AddFinding(path.string() + ": cannot be made again: " + error.what());
+        AddFinding(path.string() + ": cannot be regenerated: " + error.what());
       }
     }
     for (const std::string& below : contents.folders) Check(folder / below);

@@ -359,7 +359,7 @@ Plan ReadPlan(const fs::path& file) {
   if (const YamlValue* value = map.Find("episodes")) plan.options.episodes = value->Integer(1, kMaxEpisodes);
   if (const YamlValue* value = map.Find("seed")) plan.options.seed = value->Integer(0);
   if (const YamlValue* value = map.Find("options")) ReadRunOptions(*value, &plan);
-  // As in run.json, with which a merge compares them.
+  // Absolute, as in run.json, because a merge compares the two.
   plan.options.sim.assets = AbsoluteAssets(plan.options.sim.assets);
   std::string& limits = plan.options.sim.limits;
   if (const fs::path beside = fs::absolute(file).parent_path() / limits;

@@ -81,8 +81,8 @@ struct Plan {
 // `policies`.
 bool IsPlanFile(const std::string& name);
 
-// Reads a plan. Throws InputError with file, line and key. Unknown tasks, policies and contracts are errors,
-// too.
+// Reads a plan. Throws InputError with file, line and key. Unknown tasks, policies and contracts are also
+// errors.
 Plan ReadPlan(const std::filesystem::path& file);
 
 // Returns a plan that evaluates these policies on options.tasks with these options, without videos. Throws

@@ -91,7 +91,7 @@ PlanFolder::PlanFolder(const Plan& plan, const fs::path& out, bool make)
       throw InputError("--out " + path_.string() + ": exists and is not a plan's folder; it has no " +
                        kPlanJson);
     }
-    // Another part of the plan may begin at the same time and write the file, too, but with the same
+    // Another part of the plan may begin at the same time and also write the file, but with the same
     // contents.
     WriteWhole(file, ToText(json, 2) + "\n");
     return;
@@ -119,7 +119,7 @@ bool PlanFolder::has_run(const std::string& policy, const std::string& task) con
   const fs::path run = run_folder(policy, task);
   if (!fs::exists(run / kSummaryJson)) return false;
   if (plan_.until || whole_.contains(run)) return true;
-  // An interrupted run has a summary, too.
+  // An interrupted run also has a summary.
   if (CountLines(run / kEpisodesJsonl) < plan_.options.episodes) return false;
   whole_.insert(run);
   return true;

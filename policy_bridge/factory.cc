@@ -109,13 +109,13 @@ std::vector<Row>& Policies() {
       {"noisy_expert", "[:RAD][:TASK]",
        "the expert with noisy joints, which sometimes misses; RAD: maximum deviation, default 0.09",
        MakeNoisy},
-      {"random", "", "random smooth motion around home", Make<RandomPolicy>},
+      {"random", "", "moves randomly and smoothly around home", Make<RandomPolicy>},
       {"hold", "", "stays at home", Make<HoldPolicy>},
       {"replay", ":RUN_OR_LOG", "replays the actions of a recorded run", MakeReplay<false>},
       {"replay_anyway", ":RUN_OR_LOG",
-       "the same, even with another task, variation, robot, control rate or seed", MakeReplay<true>},
+       "the same, even if task, variation, robot, control rate or seed differ", MakeReplay<true>},
       {"demo", ":FILE_OR_FOLDER",
-       "replays demonstrations of RoboEval (safetensors), one for each episode, open loop", MakeDemo},
+       "replays RoboEval's demonstrations (safetensors), one per episode, open loop", MakeDemo},
       {"flawed_expert", ":FLAW[:TASK]", "the expert fails on purpose: " + FlawNames(), MakeFlawed},
   };
   return rows;

@@ -50,9 +50,9 @@ class PolicyComponent : public Component {
   bool model_is_new_ = false;
   // Created for model_ when the next episode begins.
   std::unique_ptr<Policy> policy_;
-  // Whether the EPISODE_BEGIN of the current episode has been received but the policy is not ready yet.
+  // True if the EPISODE_BEGIN of the current episode has been received but the policy is not ready yet.
   bool is_starting_ = false;
-  // Whether the policy is computing an action; and the state for which it computes it.
+  // True while the policy is computing an action; and the state that the action answers.
   bool is_computing_ = false;
   state_t state_{};
   // Header of the last REQUEST_IMAGE that was published; and the timer that repeats it.

@@ -35,8 +35,8 @@ void ForEachOption(Options& options, const F& f) {
       std::tuple{
           Option{&PolicyOptions::policy, "policy",
                  PolicyHelp() +
-                     "\nCONTRACT: a policy behind a server, by contract file or by name ('evalbus policy "
-                     "list')\n"
+                     "\nCONTRACT: a policy on a server, given by a contract file or a name from 'evalbus "
+                     "policy list'\n"
                      "ws://HOST:PORT (tcp://, http://): the same at this address, with --contract\n"
                      "lcm: your own process on the bus --url",
                  Range{}, kFixed},
@@ -44,16 +44,14 @@ void ForEachOption(Options& options, const F& f) {
                  "contract (observations and actions) of the server at --policy ws://...: a file, or one of "
                  "'evalbus policy list'",
                  Range{}, kFixed},
-          Option{
-              &PolicyOptions::latency, "latency",
-              "lockstep: simulated time that an inference takes: none (time stands still), measured (servers "
-              "only),\n"
-              "or milliseconds; rounded up to whole ticks (docs/latency.md)",
-              Range{}, kFixed},
+          Option{&PolicyOptions::latency, "latency",
+                 "simulated time that an inference takes in lockstep: none (time is paused), measured "
+                 "(servers only),\nor milliseconds; rounded up to whole ticks (docs/latency.md)",
+                 Range{}, kFixed},
           Option{&PolicyOptions::execution, "execution",
-                 "what the robot does during an inference: synchronous (it holds its last command), "
-                 "asynchronous\n"
-                 "(it executes the last action chunk), rtc (the same, and the next chunk is joined to it)",
+                 "what the robot does during an inference: synchronous (holds its last command), "
+                 "asynchronous\n(executes the last action chunk), rtc (the same, and blends it into the next "
+                 "chunk)",
                  Range{}, kFixed},
           Option{&PolicyOptions::contract_sha256, "contract_sha256"},
       },

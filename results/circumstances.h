@@ -32,7 +32,7 @@ struct CircumstanceBin {
   metrics::RateBin episodes;
   // Name of the choice if the parameter is an index into a list of choices; otherwise empty.
   std::string choice{};
-  // Whether the bin belongs to the choices with lower rates (metrics::FindLowGroup).
+  // True if the bin is one of the choices with low success rates (metrics::FindLowGroup).
   bool is_low = false;
 
   double rate() const { return static_cast<double>(episodes.successes) / episodes.trials; }

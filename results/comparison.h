@@ -27,8 +27,8 @@ struct SuccessCounts {
   // Outcomes of the pairs. a: the run, b: the baseline. Set only if paired.
   metrics::PairCounts pairs;
   // Number of pairs in which each side is ahead. A side is ahead if only it succeeded. If success is equal,
-  // the side with more stages is ahead; if the stages are equal, too, and both succeeded, the faster side.
-  // Set only if paired.
+  // the side with more stages is ahead; if the stages are also equal and both succeeded, the faster side. Set
+  // only if paired.
   metrics::Wins ahead;
 
   void Add(const SuccessCounts& other);

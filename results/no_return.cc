@@ -58,7 +58,7 @@ std::string NoReturnText(const NoReturn& point) {
                          point.time_s);
       break;
     case Kind::kNever:
-      return "No point of no return: the expert fails from the start, too.";
+      return "No point of no return: the expert fails even from the start.";
     case Kind::kOpen:
       text = fmt::format("No point of no return: the expert still succeeds from the end, at {:.2f} s",
                          point.time_s);

@@ -17,7 +17,7 @@ struct NoReturn {
   enum class Kind {
     kLost,       // the expert fails even with twice the time limit
     kOutOfTime,  // the expert succeeds only with twice the time limit
-    kNever,      // the expert fails from tick 0, too; there is no point of no return
+    kNever,      // the expert fails even from tick 0; there is no point of no return
     kOpen,       // the expert succeeds even from the last tick
   };
   Kind kind = Kind::kNever;

@@ -91,7 +91,7 @@ std::string RankingHeadline(const std::vector<RankedRun>& ranking,
 
 std::string RankingNote(const std::vector<RankedRun>& ranking) {
   std::string note =
-      "Policies that share a letter are not shown to differ (all pairs tested, p adjusted with Holm's "
+      "Policies that share a letter do not differ significantly (all pairs tested, p adjusted with Holm's "
       "method, which is stricter than comparisons with the baseline only).";
   const auto has_other_trials = [&](const RankedRun& run) { return run.trials != ranking.front().trials; };
   if (std::ranges::any_of(ranking, has_other_trials)) {

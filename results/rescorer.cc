@@ -160,7 +160,7 @@ void Rescorer::Finish(const std::optional<episode_summary_t>& recorded, Rescored
   merger_.EndAt(end_->header.tick);
   merger_.GiveUp();
   ScoreTicks();
-  // Other ends, such as a policy error, set `detail`. They would have occurred with this task, too.
+  // Other ends, such as a policy error, set `detail`. They would also have occurred with this task.
   const bool ended_by_itself = !end_->detail.empty() && end_->end_reason != end_reason::kAborted;
   if (own_end_) {
     end_ = own_end_;

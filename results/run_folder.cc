@@ -48,7 +48,7 @@ class File {
       const ssize_t n = write(fd_, text.data() + done, text.size() - done);
       if (n < 0 && errno != EINTR) {
         const int error = errno;
-        // If this fails, too, the next append removes the incomplete line.
+        // If this also fails, the next append removes the incomplete line.
         [[maybe_unused]] const int cut = ftruncate(fd_, before);
         errno = error;
         Check(false);
@@ -163,7 +163,7 @@ RunFolder::RunFolder(const fs::path& out, const std::string& name, bool resume, 
   const bool fresh = !fs::exists(path_) ||
                      (fs::is_directory(path_) && (resume ? HoldsNothing(path_, mark) : fs::is_empty(path_)));
   if (!fresh && !(resume && fs::exists(path_ / mark))) {
-    throw InputError(shown + (resume ? ": exists and holds nothing to resume; it has no " + mark
+    throw InputError(shown + (resume ? ": exists, but contains nothing to resume; it has no " + mark
                                      : ": exists and is not an empty folder; choose another name, or add "
                                        "--resume to continue an interrupted run"));
   }

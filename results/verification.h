@@ -32,7 +32,7 @@ void VerifyHashes(const std::filesystem::path& folder, Verification* result);
 
 // Recomputes the numbers of all runs in this folder. Scores are computed from the logs and compared with the
 // recorded scores, episodes.jsonl and the episodes' summary.json. summary.json of runs and suites is computed
-// from episodes.jsonl. The hashes of task and models in run.json are checked, too. Throws InputError if the
+// from episodes.jsonl. The hashes of task and models in run.json are also checked. Throws InputError if the
 // folder is not a results folder.
 void VerifyNumbers(const std::filesystem::path& folder, Verification* result);
 

@@ -43,7 +43,7 @@ std::string FindEngine(const std::string& wanted, const std::string& option,
   const auto newest = std::find_if(versions.rbegin(), versions.rend(), matches);
   if (newest != versions.rend()) return *newest;
   const bool is_whole = std::ranges::count(wanted, '.') == 2;
-  // A separate sim with evalbus' own version may exist, too, and is listed only once.
+  // A separate sim with evalbus' own version may also exist; the version is listed only once.
   std::erase(versions, own);
   versions.insert(versions.begin(), own);
   throw InputError(fmt::format("{} {}: not built; 'scripts/engine {}' builds it; available: {}", option,

@@ -1,5 +1,5 @@
 // Shows the progress of a long command. If standard output is a terminal, a line is redrawn in place.
-// Otherwise a line is printed on standard error every ten seconds, so that logs contain it, too.
+// Otherwise a line is printed on standard error every ten seconds, so that logs also contain it.
 #pragma once
 
 #include <chrono>
@@ -33,7 +33,7 @@ class ProgressLine {
   // of episodes, including fractions.
   void Show(double done) { Show(done, std::chrono::steady_clock::now()); }
   void Show(double done, Time now);
-  // Must be called before anything else is printed.
+  // Erases the line. Must be called before anything else is printed.
   void Clear();
 
  private:
@@ -66,7 +66,7 @@ class JobsProgress {
   // Redraws the line at most once per ProgressLine::kInPlace. Must be called at least that often.
   void Show(size_t done) { Show(done, std::chrono::steady_clock::now()); }
   void Show(size_t done, Time now);
-  // Must be called before anything else is printed.
+  // Erases the line. Must be called before anything else is printed.
   void Clear();
 
  private:

@@ -231,7 +231,7 @@ void RunController::FinishIfRecorded() {
   if (!attempt_.ended || !attempt_.summary || !attempt_.recorded || attempt_.has_failed_process) return;
   const episode_summary_t& summary = *attempt_.summary;
   // The metrics process copies tick and reason from EPISODE_END. They are compared only if this process has
-  // received EPISODE_END, too.
+  // also received EPISODE_END.
   if (attempt_.end &&
       (!SameTick(attempt_.end->header, summary.header) || attempt_.end->end_reason != summary.end_reason)) {
     return BeginAgain("EPISODE_SUMMARY does not match EPISODE_END: is an old log being played on this bus?");
@@ -299,10 +299,10 @@ void RunController::Poll(SteadyTime now) {
       std::max(std::chrono::duration<double>(kStartSilence).count(), plan_.policy_timeout_s);
   if (!attempt_.started && waited > std::chrono::duration<double>(start_s) && !plan_.is_by_hand &&
       !plan_.is_watched) {
-    BeginAgain(fmt::format(
-        "not all components were ready for the episode within {:g} s: does another process publish "
-        "commands on this bus?",
-        start_s));
+    BeginAgain(
+        fmt::format("not all components were ready for the episode within {:g} s; does another process "
+                    "publish commands on this bus?",
+                    start_s));
     return;
   }
   // The timeouts below are reached if EPISODE_SUMMARY or the recorder's STATUS was lost, or if a component is

@@ -19,7 +19,7 @@
 namespace evalbus::runner {
 
 struct RunOptions {
-  // Options of the sim; sim.task is the task of this run.
+  // Options of the sim process, including the run's task (sim.task).
   sim::SimOptions sim;
   policy::PolicyOptions policy;
   RecorderOptions recorder;
@@ -85,12 +85,12 @@ void ForEachOption(Options& options, const F& f) {
                  "bus, udpm://ADDRESS:PORT?ttl=0; default: the value of EVALBUS_URL, otherwise the first of "
                  "these that works:\nthis machine's multicast, a private network namespace, one process"},
           Option{&RunOptions::in_process, "in_process",
-                 "all components in one process, without network; fastest"},
+                 "run all components in one process, without network; fastest"},
           Option{&RunOptions::by_hand, "by_hand",
                  "start no processes, but print their commands: start them on --url yourself"},
           Option{&RunOptions::video, "video",
-                 "cameras, separated by commas: record a video of each episode while the next one runs\n"
-                 "('evalbus render' does it later); none: no videos (default)"},
+                 "cameras, separated by commas: record a video of each episode while the next one "
+                 "runs\n('evalbus render' can make it later); none: no videos (default)"},
           Option{&RunOptions::gl, "gl", viz::kGlHelp, Range{}, kFixed},
           Option{&RunOptions::watch, "watch", "", Range{}, kFixed},
       },

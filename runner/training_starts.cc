@@ -59,8 +59,8 @@ std::vector<std::string> StartsOfSet(const fs::path& set, const std::vector<std:
     const auto line = ParseJson<ordered_json>(lines[i], set.string(), static_cast<int>(i) + 1);
     const auto task = line.find("task"), parameters = line.find("parameters");
     if (task == line.end() || !task->is_string() || parameters == line.end() || !parameters->is_object()) {
-      throw InputError(fmt::format("{}: the start of episode {} is unknown: recorded by an external source",
-                                   set.string(), i));
+      throw InputError(fmt::format(
+          "{}: the start of episode {} is unknown, because an external source recorded it", set.string(), i));
     }
     starts.push_back(StartText(task->get<std::string>(), *parameters));
   }

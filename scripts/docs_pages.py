@@ -16,7 +16,7 @@ import urllib.parse
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PAGES = ROOT / "build/docs"
 SITE = ROOT / "build/site"
-# Maps pages outside of docs/ to their names in the site.
+# Maps pages outside docs/ to their names in the site.
 PROJECT_PAGES = {"README.md": "index.md", "CHANGELOG.md": "CHANGELOG.md", "CONTRIBUTING.md": "CONTRIBUTING.md",
                  "SECURITY.md": "SECURITY.md"}
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^()\s]+)\)")

@@ -1,4 +1,4 @@
-// Checks that bytes are a complete JPEG file. Pure.
+// Checks that an image from a camera is a complete JPEG file.
 #pragma once
 
 #include <cstdint>

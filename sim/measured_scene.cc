@@ -15,8 +15,8 @@
 namespace evalbus::sim {
 namespace {
 
-// How far a joint may be beyond its range: by kBeyondRange (rad or m). A joint of an object may also be
-// beyond it by the fraction kBeyondRangeOfObject of its range, if that is more.
+// Distance by which a joint may be beyond its range: kBeyondRange (rad or m); for a joint of an object, the
+// fraction kBeyondRangeOfObject of its range if that is more.
 constexpr double kBeyondRange = 0.05, kBeyondRangeOfObject = 0.05;
 // A joint of an object that is beyond its range by more than this (rad or m) is counted.
 constexpr double kCountedBeyondRange = 1e-3;

@@ -81,7 +81,7 @@ void SimComponent::OnCommand(const command_t& command) {
 }
 
 void SimComponent::OnSummary(const header_t& header) {
-  // With --episodes, the next episode begins by itself; otherwise the launcher commands it.
+  // With --episodes, the next episode begins automatically; otherwise the launcher commands it.
   if (options_.episodes == 0 || phase_ != Phase::kIdle || header.episode != status_.episode) return;
   if (queue_.empty()) {
     done_ = true;

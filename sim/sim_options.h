@@ -25,7 +25,7 @@ struct SimOptions {
   std::string robot;
   std::vector<std::filesystem::path> model_path;
   std::vector<std::string> assets;
-  // Version of MuJoCo that simulates; empty for the version that this program is linked with.
+  // MuJoCo version for the simulation; empty for the version that this program is linked with.
   std::string engine;
   double control_hz = 50;
   bool realtime = false;
@@ -78,37 +78,38 @@ void ForEachOption(Options& options, const F& f) {
       std::tuple{
           Option{&SimOptions::task, "task_path"},
           Option{&SimOptions::robot, "robot",
-                 "robot of models/robots or robot description (YAML) instead of the task's own", Range{},
-                 kFixed},
+                 "robot that replaces the task's own: a name in models/robots, or a robot description (YAML)",
+                 Range{}, kFixed},
           Option{&SimOptions::model_path, "model_path",
                  "folder to look for MJCF files in, e.g. a MuJoCo Menagerie"},
           Option{&SimOptions::assets, "assets",
                  "NAME=FOLDER: files of a task that are not part of evalbus, e.g. roboeval=CHECKOUT"},
           Option{&SimOptions::engine, "engine",
-                 "version of MuJoCo that simulates, e.g. 3.3.3 or 3.3; 'scripts/engine VERSION' builds its "
+                 "MuJoCo version for the simulation, e.g. 3.3.3 or 3.3; 'scripts/engine VERSION' builds its "
                  "sim;\n"
                  "default: the version of the installed package",
                  Range{}, kFixed},
           Option{&SimOptions::control_hz, "control_hz",
-                 "control ticks per simulated second, 5 to 500; a tick is whole physics steps;\n"
-                 "default: the rate of the policy's contract, otherwise 50",
+                 "control ticks per simulated second, 5 to 500; a tick is rounded to whole physics "
+                 "steps;\ndefault: the rate of the policy's contract, otherwise 50",
                  Range{5, 500}, kFixed},
           Option{&SimOptions::realtime, "realtime", "pace by the wall clock; default: lockstep", Range{},
                  kFixed},
-          Option{&SimOptions::rtf, "rtf", "simulated seconds per second, with --realtime", Range{0.001, 1e6},
-                 kFixed},
+          Option{&SimOptions::rtf, "rtf", "with --realtime: simulated seconds per second of wall time",
+                 Range{0.001, 1e6}, kFixed},
           Option{&SimOptions::policy_timeout_s, "policy_timeout_s",
-                 "maximum time to wait for an action, s (lockstep)", Range{0.001, kLongestTimeout}, kFixed},
+                 "lockstep: maximum time to wait for an action, s", Range{0.001, kLongestTimeout}, kFixed},
           Option{&SimOptions::after_success_s, "after_success_s",
                  "continue for this many simulated seconds (whole ticks) after the first success, and report "
-                 "whether it holds",
+                 "whether\nthe success lasts",
                  Range{0, 1e6}, kFixed},
           Option{&SimOptions::limits, "limits",
-                 "file (YAML) of force limits by region of bodies; violations are counted and explained",
+                 "YAML file of force limits for regions of bodies (docs/limits.md); violations are counted "
+                 "and explained",
                  Range{}, kFixed},
           Option{&SimOptions::seed_stream, "seed_stream",
-                 "scheme that derives the starts from the seed; roboeval/1: episode N starts as RoboEval's\n"
-                 "env.reset(seed=SEED+N)",
+                 "scheme that derives the starts from the seed; roboeval/1: episode N starts like "
+                 "RoboEval's\nenv.reset(seed=SEED+N)",
                  Range{}, kFixed},
           Option{&SimOptions::run_id, "run_id"},
           Option{&SimOptions::source_timeout_s, "source_timeout_s", "", Range{0.1, 3600}},

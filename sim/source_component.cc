@@ -85,7 +85,7 @@ std::string MillisecondsText(double time_s) {
 std::string UnitHint(double apart_s, double period_s) {
   const double periods = apart_s / period_s;
   if (periods < 900 || periods > 1100) return "";
-  return "; are these milliseconds instead of seconds, or nanoseconds instead of microseconds?";
+  return "; is the unit milliseconds instead of seconds, or nanoseconds instead of microseconds?";
 }
 
 std::optional<SourceMap> MapOf(const SimOptions& options) {
@@ -458,7 +458,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
     if (!beyond.empty()) arrived.beyond_range = fmt::format("sample {}: {}", message.sample, beyond);
   }
   if (!arrived.fault.empty()) {
-    // A fault in the very first sample (units, order) probably affects all later ones, too, so it ends the
+    // A fault in the very first sample (units, order) probably also affects all later ones, so it ends the
     // run.
     if (newest_episode_ == 0 && !newest_->first_stamp_us && !begins_late) {
       throw InputError(fmt::format("source '{}', sample {}: {}", source(), message.sample, arrived.fault));

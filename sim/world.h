@@ -111,7 +111,7 @@ class World {
   // Coordinates of a movable part: position and quaternion.
   double* Position(const Part& part) const;
   double* Quaternion(const Part& part) const;
-  // Simulates the robot's initial steps, and then puts everything else back.
+  // Simulates the robot's initial steps, and then restores everything else.
   void MakeStartSteps();
   // Sets robot and parts to their poses without randomization.
   void SetHome();

@@ -99,11 +99,12 @@ bool Recorder::MayBegin(const episode_begin_t& begin) {
   // A launcher never begins an episode that is recorded already, but a manually started recorder can receive
   // one.
   if (status_.episode < 0 && bus().session() == 0) {
-    throw InputError(finished.string() + " exists: this episode is recorded already; choose another --out");
+    throw InputError(finished.string() +
+                     " exists: this episode has already been recorded; choose another --out");
   }
   // This run has already finished the episode, so the message comes from an old log that is being replayed.
   ++status_.foreign_messages;
-  log().Warn("an EPISODE_BEGIN of episode {}, which is recorded already: is an old log being played?",
+  log().Warn("an EPISODE_BEGIN of episode {}, which has already been recorded: is an old log being played?",
              begin.header.episode);
   return false;
 }

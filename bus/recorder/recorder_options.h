@@ -23,8 +23,8 @@ void ForEachOption(Options& options, const F& f) {
   ForEachRow(
       std::tuple{
           Option{&RecorderOptions::log, "log",
-                 "plain, or zstd: logs of a third of the size, which all evalbus commands read; 'zstd -d' "
-                 "unpacks\nthem for LCM's own tools"},
+                 "format of the logs: plain, or zstd (a third of the size); all evalbus commands read both; "
+                 "'zstd -d'\nunpacks a log for LCM's own tools"},
       },
       options, f);
 }

@@ -43,8 +43,9 @@ void AddOptions(CLI::App* app, CertifyOptions* options) {
   app->add_option("--seed", run.seed, "seed of the runs; equal seeds give bit-identical results")
       ->check(FitsInt64())
       ->capture_default_str();
-  app->add_option("--robot", run.sim.robot,
-                  "robot of models/robots or robot description (YAML) instead of the task's own");
+  app->add_option(
+      "--robot", run.sim.robot,
+      "robot that replaces the task's own: a name in models/robots, or a robot description (YAML)");
   app->add_option("--model-path", run.sim.model_path,
                   "folder to search for a robot's MJCF files, e.g. a MuJoCo Menagerie; can be repeated")
       ->allow_extra_args(false);

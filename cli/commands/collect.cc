@@ -35,22 +35,24 @@ Action AddCollect(CLI::App* app) {
   app->add_option("--contract", run.policy.contract,
                   "contract of the server at --policy ws://...: a file, or one of 'evalbus policy list'");
   app->add_option("--policy-name", run.policy_name, "name of the policy in results; default: --policy");
-  app->add_option("--noise", options->noise,
-                  "noise of the expert: maximum of a smooth deviation of each joint, rad (for example 0.03); "
-                  "default: none")
+  app->add_option(
+         "--noise", options->noise,
+         "maximum smooth deviation added to each joint of the expert, rad, for example 0.03; default: none")
       ->check(InRange(0.0, 1.0));
   app->add_option("--seed", run.seed, "seed; equal seeds give bit-identical results")
       ->check(FitsInt64())
       ->capture_default_str();
   app->add_option("--control-hz,--hz", run.sim.control_hz, "control ticks per simulated second, 5 to 500")
       ->capture_default_str();
-  app->add_option("--robot", run.sim.robot,
-                  "robot of models/robots or robot description (YAML) instead of the task's own");
+  app->add_option(
+      "--robot", run.sim.robot,
+      "robot that replaces the task's own: a name in models/robots, or a robot description (YAML)");
   app->add_option("--workers", run.workers,
                   "number of episodes to run in parallel; does not change the results")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
-  app->add_flag("--in-process", run.in_process, "all components in one process, without network; fastest");
+  app->add_flag("--in-process", run.in_process,
+                "run all components in one process, without network; fastest");
   app->add_flag("--resume", run.resume, "continue the interrupted collection in --out");
   AddLogLevel(app);
   GroupOptions(app, {{"Policy", {"--policy", "--contract", "--policy-name", "--noise"}},

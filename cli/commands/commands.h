@@ -49,7 +49,7 @@ Action ActionOf(CLI::App* app, void (*add_options)(CLI::App*, Options*), int (*r
           "  evalbus merge results\n"                                                                        \
           "  evalbus merge runs/all runs/first_half runs/second_half\n"                                      \
           "  evalbus status results && evalbus merge results")                                               \
-  COMMAND(AddLatency, "Evaluate", "latency", "measure how a policy copes with its inference delay",          \
+  COMMAND(AddLatency, "Evaluate", "latency", "measure how inference delay affects a policy",                 \
           "  evalbus latency lift_pot/position --policy noisy_expert --workers 2\n"                          \
           "  evalbus latency lift_pot --policy ws://127.0.0.1:8000 --contract plain --delays 0,100,200\n"    \
           "  evalbus latency stack_two_blocks/position --execution all --out runs/latency")                  \
@@ -82,7 +82,7 @@ Action ActionOf(CLI::App* app, void (*add_options)(CLI::App*, Options*), int (*r
           "  evalbus certify lift_pot/position --engines 2.2,3.3.3 --out runs/certified\n"                   \
           "  evalbus certify lift_pot/all --engines 2.2,3.3.3 --policies expert,hold --out runs/all\n"       \
           "  evalbus certify plan.yaml --engines 2.2,3.3.3 --workers 2 --out runs/plan")                     \
-  COMMAND(AddJudge, "Compare", "judge", "give verdicts on episodes, without knowing policy and score",       \
+  COMMAND(AddJudge, "Compare", "judge", "judge episodes blind, without seeing the policy or the score",      \
           "  evalbus judge runs/watched --operator ann\n"                                                    \
           "  evalbus judge runs/a runs/b --operator ann\n"                                                   \
           "  evalbus judge runs/a runs/b --json judged.json")                                                \
@@ -115,7 +115,7 @@ Action ActionOf(CLI::App* app, void (*add_options)(CLI::App*, Options*), int (*r
           "  evalbus export runs/noisy --csv noisy.csv\n"                                                    \
           "  evalbus export runs/noisy --mcap\n"                                                             \
           "  evalbus export runs/set --hdf5 set.hdf5 --camera head")                                         \
-  COMMAND(AddDemo, "Record", "demo", "inspect or shorten demonstrations of RoboEval",                        \
+  COMMAND(AddDemo, "Record", "demo", "inspect or downsample RoboEval's demonstrations",                      \
           "  evalbus demo info demonstrations\n"                                                             \
           "  evalbus demo convert demonstrations --hz 20 --out at_20_hz\n"                                   \
           "  evalbus run lift_pot --policy demo:demonstrations")                                             \
@@ -131,11 +131,11 @@ Action ActionOf(CLI::App* app, void (*add_options)(CLI::App*, Options*), int (*r
           "  evalbus policy list\n"                                                                          \
           "  evalbus policy show plain\n"                                                                    \
           "  evalbus policy check ws://127.0.0.1:8000 --contract plain")                                     \
-  COMMAND(AddEnv, "Extend", "env", "serve a task as an environment to the program that starts it",           \
+  COMMAND(AddEnv, "Extend", "env", "serve a task as an environment over standard input and output",          \
           "  evalbus env lift_pot/position\n"                                                                \
           "  evalbus env lift_pot/position --control eef_delta --camera head --image-size 224x224\n"         \
           "  evalbus env lift_pot/position --contract plain")                                                \
-  COMMAND(AddDoctor, "Machine", "doctor", "check what this machine provides and how to fix what is missing", \
+  COMMAND(AddDoctor, "Machine", "doctor", "check the setup of this machine, and show how to fix what fails", \
           "  evalbus doctor\n"                                                                               \
           "  evalbus doctor > machine.txt\n"                                                                 \
           "  evalbus doctor && evalbus run lift_pot")

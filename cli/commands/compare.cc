@@ -62,10 +62,9 @@ struct CompareOptions {
 
 void AddOptions(CLI::App* app, CompareOptions* options) {
   app->add_option("runs", options->runs, "folders of runs or suites, two or more")->required();
-  app->add_option(
-      "--baseline", options->baseline,
-      "name, policy or folder of the run that the others are compared with; if given, their effort\n"
-      "relative to it is also shown; default: the first");
+  app->add_option("--baseline", options->baseline,
+                  "run that the others are compared with, by name, policy or folder; if given, effort "
+                  "relative to it\nis also shown; default: the first");
   AddList(app, "--on", &options->on,
           "metrics to compare instead of the main ones, separated by commas, for example "
           "idle_time_s,tracking_error_rad;\nsuccess is always compared");
@@ -92,11 +91,10 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
                   "video of the two runs or suites on one seed, side by side: .mp4, .gif or .webp");
   AddVideoTiming(app, &options->timing);
   app->add_option("--seed", options->seed,
-                  "seed of the video's episodes; default: the first on which only one of the two succeeded");
-  app->add_flag(
-      "--across-engines", options->across_engines,
-      "compare runs that different versions of MuJoCo have simulated; without this option, they are "
-      "refused, because\nsuccess rates change with the version ('evalbus certify' tests how much)");
+                  "seed of the video's episodes; default: the first at which only one of the two succeeded");
+  app->add_flag("--across-engines", options->across_engines,
+                "compare runs even if different versions of MuJoCo simulated them, which changes success "
+                "rates\n('evalbus certify' tests by how much)");
 }
 
 // Reads an episode of a run and labels it with the run's name.

@@ -163,10 +163,12 @@ Action AddEnv(CLI::App* app) {
   for (const char* const name : {"--control", "--camera", "--image-size", "--control-hz"})
     contract->excludes(app->get_option(name));
   app->add_option("--gl", environment.gl, viz::kGlHelp)->capture_default_str();
-  app->add_option("--robot", sim.robot, "robot instead of the task's own");
+  app->add_option(
+      "--robot", sim.robot,
+      "robot that replaces the task's own: a name in models/robots, or a robot description (YAML)");
   app->add_option(
          "--seed-stream", sim.seed_stream,
-         "scheme that derives the starts from the seed; roboeval/1: as RoboEval's env.reset(seed=...)")
+         "scheme that derives the starts from the seed; roboeval/1: like RoboEval's env.reset(seed=...)")
       ->capture_default_str();
   AddModelSources(app, &sim.model_path, &sim.assets);
   return [options] { return ServeEnvironment(*options); };

@@ -87,7 +87,7 @@ void AddOptions(CLI::App* app, ExportOptions* options) {
   options->mcap = kinds
                       ->add_option("--mcap", options->mcap_file,
                                    "MCAP for Foxglove, PlotJuggler and Rerun: file to write, for one "
-                                   "episode; without a name:\nepisode.mcap beside each episode's log")
+                                   "episode; without a name:\nepisode.mcap next to each episode's log")
                       ->type_name("[FILE]")
                       ->expected(0, 1)
                       ->check(CheckOutputFile);
@@ -183,7 +183,7 @@ int ExportMcap(const ExportOptions& options) {
   if (!options.mcap_file.empty() && logs.size() != 1) {
     throw InputError(
         fmt::format("--mcap {}: a file holds one episode, got {}: choose one with --episode, or omit the "
-                    "name to write a file beside each log",
+                    "name to write a file next to each log",
                     options.mcap_file.string(), logs.size()));
   }
   const std::string size = options.size.empty() ? "640x480" : options.size;

@@ -68,7 +68,8 @@ void AddVideoTiming(CLI::App* app, viz::VideoTiming* timing) {
   app->add_option("--speed", timing->speed, "simulated seconds per second of video")->capture_default_str();
   app->add_option_function<std::string>(
       "--trim", [timing](const std::string& text) { viz::ParseTrim(text, timing); },
-      "FROM..TO, the part of the episode in seconds; without FROM from its start, without TO to its end");
+      "FROM..TO: only this part of the episode, in seconds; without FROM from its start, without TO to its "
+      "end");
 }
 
 }  // namespace evalbus::commands

@@ -43,8 +43,7 @@ void AddOptions(CLI::App* app, FoxgloveOptions* options) {
       ->capture_default_str();
   app->add_option(
          "--listen", options->server.host,
-         "IP address to listen on; with an address other than a loopback address, every client that can "
-         "reach it can watch")
+         "IP address to listen on; unless it is a loopback address, every client that can reach it can watch")
       ->capture_default_str();
   app->add_option("--allow-origin", options->server.origins,
                   "also accept connections from web pages of this origin; those of https://app.foxglove.dev "

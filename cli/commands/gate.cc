@@ -31,10 +31,8 @@ struct GateCommandOptions {
 };
 
 void AddOptions(CLI::App* app, GateCommandOptions* options) {
-  app->add_option("baseline", options->baseline, "folder of the run or suite of the policy that is in use")
-      ->required();
-  app->add_option("run", options->run, "folder of the new run or suite, on the same tasks and seeds")
-      ->required();
+  app->add_option("baseline", options->baseline, "run or suite of the policy that is in use")->required();
+  app->add_option("run", options->run, "new run or suite, on the same tasks and seeds")->required();
   app->add_option("--margin", options->gate.margin.value,
                   "largest acceptable loss: percentage points of success; for metrics of --on without a "
                   "margin,\npercent of the baseline's mean")

@@ -52,8 +52,9 @@ void AddOptions(CLI::App* app, LatencyOptions* options) {
   app->add_option("--seed", run.seed, "seed of the runs; equal seeds give bit-identical results")
       ->check(FitsInt64())
       ->capture_default_str();
-  app->add_option("--robot", run.sim.robot,
-                  "robot of models/robots or robot description (YAML) instead of the task's own");
+  app->add_option(
+      "--robot", run.sim.robot,
+      "robot that replaces the task's own: a name in models/robots, or a robot description (YAML)");
   app->add_option("--control-hz,--hz", run.sim.control_hz, "control ticks per simulated second, 5 to 500")
       ->capture_default_str();
   app->add_option("--workers", run.workers, "number of runs at a time; does not change the results")

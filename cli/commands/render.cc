@@ -88,10 +88,10 @@ void AddOptions(CLI::App* app, RenderOptions* options) {
                   "seconds for which the paths of the wrists stay visible, in the plain layout");
   app->add_flag(
       "--outline", options->outline,
-      "white outlines around the task's objects, so that small ones are found at once; not with --grid");
+      "white outlines around the task's objects, which make small ones easy to see; not with --grid");
   AddVideoTiming(app, &options->timing);
   app->add_option("-o,--out", options->out,
-                  "video file, whose extension selects the format; default: beside the log");
+                  "video file; its extension selects the format; default: next to the log");
   app->add_flag("--report-progress", options->report_progress)->group("");
 }
 

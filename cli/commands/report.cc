@@ -44,10 +44,9 @@ void AddOptions(CLI::App* app, ReportOptions* options) {
                   "are in its folder")
       ->type_name("FILE")
       ->check(CheckOutputFile);
-  AddList(
-      app, "--episode", &options->episodes,
-      "numbers of the episodes of a run whose curves are drawn and which can be played in 3D, separated by "
-      "commas; default: the first failures and the success with the median time; in 3D as many as fit");
+  AddList(app, "--episode", &options->episodes,
+          "episodes of a run to show with curves and in 3D: numbers separated by commas; default: the first "
+          "failures and the success with the median time; in 3D as many as fit");
   app->add_option(
          "--mb", options->megabytes,
          "maximum size of the page in megabytes; as many episodes as fit can be played in 3D; 0: no 3D, no "

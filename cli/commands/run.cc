@@ -186,16 +186,15 @@ Action AddRun(CLI::App* app) {
   app->add_option_function<std::string>(
          "--like",
          [options, like](const std::string& folder) { *like = TakeOptionsOf(folder, options.get()); },
-         "run folder or suite whose options are used, and whose tasks if none is named; other options on "
-         "the\n"
-         "command line take precedence")
+         "run folder or suite to take the options from, and the tasks if none is given; options on the "
+         "command\nline take precedence")
       ->type_name("FOLDER");
   app->add_option(
       "task", options->tasks,
-      "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition; several, TASK/all or "
-      "all\nmake a suite: a folder of runs with one summary. Without VARIATION: the task's first one, which "
-      "in\nall built-in tasks is base, without randomization: all episodes of a policy such as expert are "
-      "then\nidentical. Or a plan: a YAML file of policies and tasks (docs/plans.md)");
+      "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition. Several tasks, TASK/all "
+      "or\nall make a suite: a folder of runs with one summary. Without VARIATION, the task's first one is "
+      "run;\nin built-in tasks this is base, which randomizes nothing, so a policy such as expert repeats "
+      "one\nepisode. Or a plan: a YAML file of policies and tasks (docs/plans.md)");
   evalbus::AddOptions(app, options.get());
   // This option is hidden, because only a run passes it to the processes that it starts.
   app->get_option("--options")->group("");
@@ -205,12 +204,11 @@ Action AddRun(CLI::App* app) {
   app->add_flag("--web", options->web,
                 "show the run in a browser ('evalbus web'); the page remains until Ctrl-C");
   app->add_flag("--json", output->json,
-                "print the events of the run, suite or plan as JSON, one in each line, for programs; "
-                "readable text goes\n"
-                "to standard error, and the run ends when the reader of standard output exits");
+                "print the events of the run, suite or plan as JSON, one per line, for programs; readable "
+                "text goes to\nstandard error, and the run ends when the reader of standard output exits");
   app->add_option("--partial-hz", output->partial_hz,
-                  "with --json: also print the score so far, this often per simulated second; the control "
-                  "rate\nprints every tick; default: only finished episodes")
+                  "with --json: also print the score so far, this many times per simulated second; the "
+                  "control rate\nprints every tick; default: only finished episodes")
       ->check(InRange(0.001, 1000.0));
   app->add_flag("--quiet", output->quiet,
                 "print only errors and the number of invalid episodes; with --json, also the events");

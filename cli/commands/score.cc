@@ -22,9 +22,9 @@ struct ScoreArguments {
 
 Action AddScore(CLI::App* app) {
   const auto options = std::make_shared<ScoreArguments>();
-  app->add_option(
-         "file", options->file,
-         "trajectory in the format of docs/metrics.md, or a YAML that maps columns to a task (docs/data.md)")
+  app->add_option("file", options->file,
+                  "trajectory in the format of docs/metrics.md, or a YAML that maps the columns of a table "
+                  "to a task (docs/data.md)")
       ->required();
   app->add_option("data", options->data,
                   "with a YAML: a .csv, .npz or .hdf5 file, or a folder of them, with one episode per file");

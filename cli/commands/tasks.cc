@@ -281,7 +281,7 @@ void CheckUndecided(const sim::World& world, const Composed& composed, const Var
   for (const int tick : {0, 1}) evaluator->Evaluate({state, contacts.contact}, tick);
   if (evaluator->verdict() == metrics::Verdict::kUndecided) return;
   throw InputError(fmt::format(
-      "{}: variation '{}': {} already holds after a reset with seed {}", variation.location.ToString(),
+      "{}: variation '{}': {} is already true after a reset with seed {}", variation.location.ToString(),
       variation.name, evaluator->verdict() == metrics::Verdict::kSuccess ? "success" : "failure", seed));
 }
 

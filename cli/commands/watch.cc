@@ -24,7 +24,7 @@ Action AddWatch(CLI::App* app) {
       ->capture_default_str();
   app->add_option(
       "--robot", options->sim.robot,
-      "name of a robot in models/robots, or robot description (YAML), to use instead of the task's own");
+      "robot that replaces the task's own: a name in models/robots, or a robot description (YAML)");
   AddList(app, "--gripper", &options->sim.gripper,
           "ARM=open or ARM=closed, separated by commas: state of grippers whose fingers the source "
           "does not measure");
@@ -41,7 +41,7 @@ Action AddWatch(CLI::App* app) {
                   "an episode is aborted if its source sends nothing for this long")
       ->capture_default_str();
   app->add_option("--after-success-s", options->sim.after_success_s,
-                  "continue for this long after the first success, to check that it is maintained")
+                  "continue for this long after the first success, to check that the success lasts")
       ->capture_default_str();
   app->add_option("--policy-name", options->policy_name,
                   "name of the policy in results, videos and comparisons; default: source");

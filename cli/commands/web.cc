@@ -20,8 +20,8 @@ Action AddWeb(CLI::App* app) {
   app->add_option("--port", options->port,
                   "port to listen on; 0: any free port; default: 8080, or any free port if it is in use");
   app->add_option("--listen", options->listen,
-                  "address to listen on, 0.0.0.0 for all; the page's URL then has a token, and every client "
-                  "with it\ncan watch. Default: 127.0.0.1, where every user of this machine can watch");
+                  "address to listen on, 0.0.0.0 for all; a client then needs the token in the page's "
+                  "URL;\ndefault: 127.0.0.1 without a token, where every user of this machine can watch");
   app->add_flag(report::kWebChildOption, options->is_child)->group("");
   return [options] { return report::Web(*options); };
 }

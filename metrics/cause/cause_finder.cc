@@ -255,8 +255,8 @@ bool CauseFinder::AsksForRelease(size_t object) const {
   });
 }
 
-// Returns whether the task requires that the object is released here. This is so if the object has not fallen
-// and all success conditions that involve only this object are met, including one about its release.
+// Returns whether the task requires that the object is released here: the object has not fallen and all
+// success conditions that involve only this object are met, including one about its release.
 bool CauseFinder::IsReleaseAsRequired(const CauseHold& hold) const {
   const auto object = static_cast<size_t>(hold.object);
   if (!hold.opened || HasFallen(hold)) return false;
@@ -384,8 +384,8 @@ bool CauseFinder::WasJustHeld(const ArmTouch& touch) const {
 }
 
 // Returns whether the contact belongs to a grasp, because fingers touch the scene when they grasp an object
-// or put it down. This is so if the arm's gripper holds an object that the task requires, and this hold did
-// not end more than kInterruption before the contact.
+// or put it down: the arm's gripper holds an object that the task requires, and this hold did not end more
+// than kInterruption before the contact.
 bool CauseFinder::IsTouchOfGrasp(const ArmTouch& touch) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
     const auto object = static_cast<size_t>(hold.object);

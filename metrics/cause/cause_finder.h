@@ -60,7 +60,7 @@ struct CauseMoment {
   bool touches = false;      // a gripper that closed completely touches the object from outside
   bool stayed_open = false;  // a gripper came to the object and left it without closing
   double lifted = 0;         // m, by how much the object was lifted when it was lost
-  // Whether the gripper closed later, and whether it held the object later.
+  // True if the gripper closed again later (tried_again) or held the object again later (held_again).
   bool tried_again = false, held_again = false;
   int lost_again = 0;       // number of later losses of the object by this gripper
   double displacement = 0;  // m

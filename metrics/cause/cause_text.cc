@@ -50,7 +50,8 @@ std::string Listed(const std::vector<condition_t>& conditions) {
 // 1.097 m and was 0.951 m at the end, at least 1.096 m is needed", or "condition not met: left holds pot".
 std::string Reached(const condition_t& condition, const BestOfCondition& best) {
   const std::string text = Words(condition.text);
-  // The number of `lasts` is a duration, but its text may contain a limit of another number.
+  // The value of `lasts` is a duration. Its text may contain the limit of its operand, for example "at least
+  // 0.1 m", which must not be compared with that duration.
   if (IsDuration(condition)) return "condition not met: " + text;
   for (const std::string_view limit : {" at least ", " at most ", " between "}) {
     const size_t at = text.find(limit);

@@ -135,7 +135,7 @@ class CauseCollisions {
   const CauseConfig& config_;
   bool knows_torque_ = false;
   std::vector<Range> free_torque_;     // by joint, without contact
-  std::vector<int64_t> last_contact_;  // tick, by arm; -1: none
+  std::vector<int64_t> last_contact_;  // tick of each arm's last contact; -1: none
   std::vector<ArmTouch> touches_;
 };
 

@@ -88,7 +88,7 @@ class Holds {
     int64_t before_opening = 0, last_closed = 0;
     double peak_before_opening = 0;  // m, largest height until before_opening
     double last_opening = 0;         // opening at the last contact
-    // Whether the last hold ended by opening, and the largest opening since then.
+    // True if the last hold ended by opening; and the largest opening since then.
     bool was_opened = false;
     double widest = 0;
   };

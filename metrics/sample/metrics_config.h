@@ -42,8 +42,8 @@ struct MetricsConfig : MetricsOptions {
   std::vector<std::string> target_distances;
   std::vector<std::string> pose_errors;
 
-  // Whether to compute extended metrics. These metrics require memory, because some of them store numbers of
-  // all samples.
+  // True if extended metrics are computed. These metrics require memory, because some of them store numbers
+  // of all samples.
   bool extended = true;
 };
 

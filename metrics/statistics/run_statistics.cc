@@ -201,7 +201,7 @@ std::string RunSummary::StartText() const {
   if (decided_at_start == 0) return "";
   return std::to_string(decided_at_start) + " of " + std::to_string(judged) +
          (judged == 1 ? " episode was" : " episodes were") +
-         " decided at the first tick: success or failure holds at the start, whatever the policy does";
+         " decided at the first tick: success or failure is true at the start, whatever the policy does";
 }
 
 std::string RunSummary::ActionsText() const {

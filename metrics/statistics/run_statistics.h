@@ -50,7 +50,7 @@ struct EpisodeResult {
   // Randomized start parameters. Empty if nothing was randomized, or if the parameters are unknown (a run of
   // an older evalbus version, a recorded trajectory, an external source).
   NamedNumbers parameters;
-  // Whether the policy was trained on a demonstration with these start parameters; nullopt if its contract
+  // True if the policy was trained on a demonstration with these start parameters; nullopt if its contract
   // does not name the demonstrations on which it was trained.
   std::optional<bool> seen_in_training = std::nullopt;
   // False if the parameters are unknown.

@@ -22,8 +22,8 @@ inline double LargestMagnitude(std::span<const double> x) {
                          [](double largest, double value) { return std::max(largest, std::abs(value)); });
 }
 
-// Returns the values, with two changes: values whose magnitudes differ by at most kTie * largest get the same
-// magnitude, and values that are this near to 0 become 0.
+// Removes differences due to rounding: sorted by magnitude, values that differ from their predecessor by at
+// most kTie * largest get its magnitude, and values that are this close to 0 become 0.
 inline std::vector<double> WithTies(std::span<const double> x, double largest) {
   std::vector<double> values(x.begin(), x.end());
   std::vector<size_t> order(values.size());

@@ -323,7 +323,7 @@ class Combination : public Predicate {
                      "' requires exactly one predicate");
   }
   std::vector<std::unique_ptr<Predicate>> operands_;
-  // Whether each operand was true at the last tick.
+  // Element i is 1 if operand i was true at the last evaluated tick.
   std::vector<uint8_t> was_true_;
 };
 

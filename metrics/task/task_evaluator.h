@@ -84,7 +84,7 @@ class TaskEvaluator {
   Verdict verdict_ = Verdict::kUndecided;
   bool success_holds_ = false;
   bool out_of_bounds_ = false;
-  // Whether a tick after the reset state has been evaluated.
+  // True once a tick after the reset state has been evaluated.
   bool judged_ = false;
   // Deciding conditions at the tick of the verdict.
   std::vector<condition_t> why_;

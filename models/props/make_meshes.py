@@ -257,7 +257,7 @@ def swept(path, ring):
 
 
 def rounded_rectangle(half_u, half_v, r):
-    """Returns a ring for swept(), with edges of radius r."""
+    """Returns a rectangle for swept(), with corners of radius r."""
     ring = []
     for s in range(12):
         quarter = s // 3

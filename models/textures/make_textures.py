@@ -34,7 +34,7 @@ def tiles(x, y):
 
 
 class Noise:
-    """Smooth noise that repeats after SIZE pixels, from -1 to 1; cells: number of random values along a side."""
+    """Smooth noise from -1 to 1 that repeats every SIZE pixels; cells: number of random values along each side of the tile."""
 
     def __init__(self, cells, seed):
         rng = random.Random(seed)

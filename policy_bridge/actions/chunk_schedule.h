@@ -53,8 +53,8 @@ class ChunkSchedule {
   int64_t observed_tick() const { return current_.observed; }
 
   // Overlap of the chunk that has just arrived with the last one, for rtc. delay: number of its first rows
-  // whose ticks passed before it arrived. rows: number of its first rows for whose ticks the last chunk has a
-  // row, too (0: there is nothing to join). Row `i` of the new chunk belongs to the same tick as row `i +
+  // whose ticks passed before it arrived. rows: number of its first rows for whose ticks the last chunk also
+  // has a row (0: there is nothing to join). Row `i` of the new chunk belongs to the same tick as row `i +
   // offset` of the last one.
   struct Overlap {
     int delay = 0, rows = 0, offset = 0;

@@ -41,8 +41,8 @@ class CubeHandoverExpert : public Expert {
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
  private:
-  // Extends `plan`: the giver takes the rod at its middle or nearer to `end` (1: its +y, -1: its -y), and
-  // hands it over.
+  // Returns `plan` extended by the motions in which the giver takes the rod at its middle or nearer to `end`
+  // (1: its +y, -1: its -y), and hands it over. Returns nullopt if this is impossible.
   std::optional<Plan> HandOver(const Plan& plan, int giver, double end) const;
   // Poses of the rod, after the giver has lifted it, in which the other arm may take it.
   std::vector<Eigen::Isometry3d> Meetings(const Eigen::Isometry3d& rod, int giver, double end) const;

@@ -64,9 +64,9 @@ class Expert : public Policy {
   int max_attempts_;
   // Names of the arms.
   std::vector<std::string> names_;
-  // Whether the expert is taking over an episode and has not gone home yet.
+  // True while the expert is taking over an episode and has not reached home yet.
   bool takes_over_ = false;
-  // Whether any plan of this episode was feasible.
+  // True if any plan of this episode was feasible.
   bool has_planned_ = false;
   Player player_;
   ServoLead servo_lead_;

@@ -67,12 +67,13 @@ class LiftByHandlesExpert : public Expert {
   std::vector<Grasp> Grasps(int handle) const;
   // Returns whether the arm can grasp and raise the object this way after `plan`.
   bool CanTake(const Plan& plan, int arm, const Eigen::Isometry3d& object, const Grasp& grasp) const;
-  // Extends `plan`: both hands lift the object from its current position. Returns nullopt if this is
-  // impossible.
+  // Returns `plan` extended by the motions in which both hands lift the object from its current position;
+  // nullopt if this is impossible.
   std::optional<Plan> Lift(const Plan& plan, const Eigen::Isometry3d& object) const;
-  // Extends `plan`: one hand drags the object to a position from which Lift is possible.
+  // Returns `plan` extended by the motions in which one hand drags the object to a position from which Lift
+  // is possible; nullopt if there is none.
   std::optional<Plan> Drag(const Plan& plan, const Eigen::Isometry3d& object) const;
-  // Returns whether the object has not moved for kRestUs. Some tasks drop it onto its support.
+  // Returns true if the object has not moved for kRestUs. Some tasks drop it onto its support.
   bool IsAtRest(const state_t& state);
 
   HandledObject object_;

@@ -28,7 +28,7 @@ constexpr double kTurnRate = 0.5;  // rad/s
 // the task is a little larger.
 constexpr double kClosedLid = 0.05;
 constexpr double kRest = 5 * kDegree;  // angle that remains at the end of the push
-constexpr double kBeside = 0.08;       // m, way along the fingers from beside the flap to below it
+constexpr double kBeside = 0.08;       // m, distance along the fingers from beside the flap to below it
 constexpr double kBack = 0.03;         // m, retreat after the push
 // The flaps overlap by 7 mm when both are closed. The right flap therefore waits at this angle above its
 // closed position until the left flap is down. It then comes to rest on the left flap.
@@ -74,22 +74,22 @@ class PackBoxExpert : public Expert {
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
  private:
-  // A way in which an arm closes its flap: grip frames (world frame) above the flap, beside it, and under its
-  // edge.
+  // Candidate motion of an arm that closes its flap: grip frames (world frame) above the flap, beside it, and
+  // under its edge.
   struct Way {
     Eigen::Isometry3d over, beside, under;
     Turning turning;
   };
 
-  // Returns all candidate ways in which the arm could close its flap, the most natural first. They may be
-  // infeasible.
+  // Returns all candidate motions with which the arm could close its flap, the most natural first. They may
+  // be infeasible.
   std::vector<Way> Ways(const state_t& state, int arm);
-  // Tries ways of this arm alone, from `start`, until enough feasible ways are known. Returns false if that
-  // takes more effort than a tick allows. It must then be called again at the next tick.
+  // Tries motions of this arm alone, from `start`, until enough feasible ones are known. Returns false if
+  // that takes more effort than a tick allows. It must then be called again at the next tick.
   bool Search(const Plan& start, const state_t& state, int arm);
-  // Extends `plan`: the hands go under the flaps in these ways.
+  // Returns `plan` extended by the motions in which the hands go under the flaps.
   static Plan GoUnder(const Plan& plan, const std::vector<Way>& ways);
-  // Extends `under`: the hands close the flaps and move back.
+  // Returns `under` extended by the motions in which the hands close the flaps and move back.
   static Plan CloseFlaps(const Plan& under, const std::vector<Way>& ways);
 
   // Body of the flap of each arm, and whether the arm is searching.

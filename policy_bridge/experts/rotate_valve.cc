@@ -37,13 +37,13 @@ class RotateValveExpert : public Expert {
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
  private:
-  // Extends `plan`: the arms take wheels, turn them, release them and go home. moving: the arms whose
-  // contacts are checked, including contacts between these arms.
+  // Returns `plan`, extended by the motions in which the arms take wheels, turn them, release them and go
+  // home. moving: the arms whose contacts are checked, including contacts between these arms.
   static Plan TurnWheels(const Plan& plan, const std::vector<Hold>& holds, const std::vector<int>& moving);
   // Returns at most `count` grasps with which the arm alone can take and turn a wheel.
   std::vector<Hold> Holds(const Plan& plan, int arm, int wheel, const std::vector<int>& moving,
                           size_t count) const;
-  // Extends `plan`: the arms turn one wheel each, at the same time.
+  // Returns `plan`, extended by the motions in which both arms turn one wheel each, at the same time.
   std::optional<Plan> TurnBoth(const Plan& plan, const std::array<int, 2>& wheel_of_arm) const;
 
   // Bodies of the two wheels.

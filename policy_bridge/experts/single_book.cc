@@ -100,9 +100,10 @@ class SingleBookExpert : public Expert {
   double Overhang(const Eigen::Isometry3d& book) const;
   // Returns the outward normal, in the world frame, of the book's face that points most toward the robot.
   static Eigen::Vector3d Facing(const Eigen::Isometry3d& book);
-  // Extends `plan`: the arm pulls the book to a position from which Take is possible.
+  // Returns `plan` extended by the motions in which the arm pulls the book to a position from which Take is
+  // possible; nullopt if there is none.
   std::optional<Plan> Pull(const Plan& plan, int arm);
-  // A way in which the fingers hook behind the book and pull it, in the world frame.
+  // Candidate for a pull: how the fingers hook behind the book, in the world frame.
   struct Hook {
     Eigen::Vector3d face;  // middle of the face that the fingers pull, m
     Eigen::Vector3d out;   // outward normal of that face, away from the robot; unit vector
@@ -111,11 +112,12 @@ class SingleBookExpert : public Expert {
     double turned;         // 1 or -1: which finger is on which side
     bool to_balance;       // whether the book's balance limits `way`
   };
-  // Extends `plan`: the arm pulls the book with `hook`, then takes it. If the book's balance limits the
-  // distance, the book's final position must be known to the millimeter. In this case, Take is only checked;
-  // it is planned after the pull, from the real position of the book.
+  // Returns `plan` extended by the motions in which the arm pulls the book with `hook`, then takes it. If the
+  // book's balance limits the distance, the book's final position must be known to the millimeter. In this
+  // case, Take is only checked; it is planned after the pull, from the real position of the book.
   std::optional<Plan> PullAndTake(const Plan& plan, int arm, const Hook& hook);
-  // Extends `plan`: the arm takes the overhanging book, and lifts it or puts it on the shelf.
+  // Returns `plan` extended by the motions in which the arm takes the overhanging book, and lifts it or puts
+  // it on the shelf.
   std::optional<Plan> Take(const Plan& plan, int arm);
 
   bool to_shelf_;
@@ -277,8 +279,8 @@ std::vector<Motion> SingleBookExpert::Next(const Configuration& now, const state
                     (book * middle_).y());
   };
   std::sort(arms.begin(), arms.end(), [&](int a, int b) { return away(a) < away(b); });
-  // The effort of one tick may not suffice for the whole search, so every second attempt begins with the
-  // other arm.
+  // The planning budget of one tick may not suffice for the whole search, so every second attempt begins with
+  // the other arm.
   if (attempts_ % 2 == 0) std::reverse(arms.begin(), arms.end());
   for (int arm : arms) {
     if (overhangs) {

@@ -61,12 +61,14 @@ class StackTwoBlocksExpert : public Expert {
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
  private:
-  // Returns a grasp with which the arm can take and lift the cube after `plan`, or nothing.
+  // Returns a grasp with which the arm can take and lift the cube after `plan`; nullopt if there is none.
   std::optional<Grasp> FindGrasp(const Plan& plan, int arm, int cube) const;
-  // Extends `plan`: `lower_arm` puts one cube down in the middle while the other arm holds the other cube.
-  // The other arm then puts its cube on top. Returns nullopt if this is impossible.
+  // Returns `plan` extended by the motions in which `lower_arm` puts one cube down in the middle while the
+  // other arm holds the other cube. The other arm then puts its cube on top. Returns nullopt if this is
+  // impossible.
   std::optional<Plan> StackWithBoth(const Plan& plan, int lower_arm, int lower, int upper) const;
-  // Extends `plan`: one cube is moved to the middle, then the other cube is put on top of it.
+  // Returns `plan` extended by the motions that move one cube to the middle, then put the other cube on top
+  // of it.
   std::optional<Plan> StackInTurn(const Plan& plan, int lower, int upper) const;
   std::optional<Plan> PutOnTop(const Plan& plan, int lower, int upper) const;
 

@@ -19,7 +19,7 @@ constexpr int kMaxContacts = 2000;
 constexpr double kPadLength = 0.015;  // m
 
 // Returns the grip frame: its origin is midway between the pads of a gripper, and y is the direction in which
-// they close. A pad may consist of several geoms, and its finger has other geoms, too. Therefore the mean
+// they close. A pad may consist of several geoms, and its finger also has other geoms. Therefore the mean
 // position of the geoms near the tip counts as the position of the pad.
 Eigen::Isometry3d GripFrame(const mjModel& model, const mjData& data, const gripper_info_t& gripper,
                             const Eigen::Isometry3d& wrist) {

@@ -91,7 +91,7 @@ class ContactProbe {
 
   // Finds a contact of one of these arms, hands included. It ignores contacts with arms that are not in
   // `arms`, contacts of pads with each other and with the objects of allowed_contact_bodies, and contacts
-  // between links of one arm that are this close to each other at home, too.
+  // between links of one arm that are also this close to each other at home.
   std::optional<Touch> FindTouch(const std::vector<int>& arms,
                                  const std::vector<int>& allowed_contact_bodies);
 

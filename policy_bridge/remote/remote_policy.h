@@ -88,7 +88,7 @@ class RemotePolicy : public Policy {
   std::vector<std::optional<image_t>> images_;
   // Exception that PollAnswer() threw in OnImage(); rethrown by Compute().
   std::exception_ptr failure_;
-  // Whether the observation of that tick will be sent to the server.
+  // True if the observation of that tick will be sent to the server.
   bool asks_ = false;
   // Header of the last observation that was sent.
   header_t asked_{};

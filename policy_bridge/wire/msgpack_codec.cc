@@ -141,7 +141,7 @@ Value ToArray(Map map, std::string_view dtype_key = "dtype") {
 }
 
 // Returns whether a map is an array or a NumPy scalar in msgpack-numpy's form. Its keys are common words, so
-// the types of the values are compared, too. A structured array, whose "type" is a list, remains a map.
+// the types of the values are also compared. A structured array, whose "type" is a list, remains a map.
 bool IsOfMsgpackNumpy(const Map& map) {
   const auto holds = [&]<class T>(std::string_view key, std::in_place_type_t<T>) {
     const auto found = std::ranges::find(map, key, &Map::value_type::first);

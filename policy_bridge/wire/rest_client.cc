@@ -154,7 +154,7 @@ class RestClient : public PolicyClient {
   }
 
   // These servers report failures as text with status OK. If the request was JSON text within a JSON string,
-  // the answer is one, too.
+  // the answer is also such a string.
   static Value Parse(const std::string& body) {
     Value answer = DecodeJsonNumpy(body);
     if (const auto* text = answer.As<std::string>()) {

@@ -56,7 +56,7 @@ Value WebsocketClient::Decoded(const Websocket::Message& message) {
 }
 
 ServerError WebsocketClient::Ended(Kind kind, const std::string& what) {
-  if (kind == Kind::kTimeout) socket_->Abort();  // the server would not answer a close frame
+  if (kind == Kind::kTimeout) socket_->Abort();  // a hung server would not answer a close frame
   socket_.reset();
   return {kind, url_.text + ": " + what};
 }

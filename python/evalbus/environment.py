@@ -95,7 +95,7 @@ class Environment:
             warnings.warn(f"evalbus: {description['warning']}", stacklevel=2)
         # Text of the contract. If it is saved as a file, `evalbus run --contract FILE` can evaluate a server with it.
         self.contract: str = description["contract"]
-        # Usual range of each value of an action. Values outside of it are executed, too, as far as the robot can.
+        # Usual range of each value of an action. Values outside it are also executed, as far as the robot can.
         self.action_lower: np.ndarray = description["action_lower"]
         self.action_upper: np.ndarray = description["action_upper"]
 

@@ -66,7 +66,7 @@ class Episode:
 
     @property
     def judged(self) -> bool:
-        """Whether the episode has a verdict. Without one, it counts in no success rate."""
+        """True if the episode has a verdict. Without one, it counts in no success rate."""
         return self.failure_reason != _NOT_JUDGED
 
     def scores(self) -> Dict[str, float]:
@@ -179,7 +179,7 @@ class Run:
 
 
 def check_finished(run: Run) -> None:
-    """Raises InputError if the run was interrupted, or has no success rate. An interrupted run has a summary, too."""
+    """Raises InputError if the run was interrupted, or has no success rate. An interrupted run also has a summary."""
     if run.summary is None or run.summary.success_rate is None:
         raise InputError(f"{run.folder}: the run is not finished, or has no complete episode")
     if (run.folder / "collect.json").exists():

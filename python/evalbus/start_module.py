@@ -1,6 +1,6 @@
 """Starts a module of this package for the program evalbus: start_module.py MODULE [ARGUMENT...].
 
-It does not import the package, so that a missing numpy is reported in one line, too.
+It does not import the package, so that a missing numpy is also reported in one line.
 """
 
 import runpy

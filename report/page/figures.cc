@@ -47,7 +47,7 @@ double HalfWidth(const std::string& text) {
                    std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
 }
 
-// Draws the axis below a figure; the outermost labels are kept inside of the figure.
+// Draws the axis below a figure; the outermost labels are kept inside the figure.
 void DrawScale(const Axis& axis, const Ticks& ticks, double y, const std::string& unit, Markup* html) {
   constexpr double kOverhang = 8;
   double previous_right = -kOverhang;

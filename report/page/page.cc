@@ -127,7 +127,7 @@ void LegendKey(const char* css_class, const std::string& text, Markup* html) {
 
 void Folded(const std::vector<std::function<void()>>& figures, size_t shown, const std::string& what,
             const char* css_class, Markup* html) {
-  // One or two additional figures are shown, too, because folding them would save little space.
+  // One or two additional figures are also shown, because folding them would save little space.
   if (figures.size() <= shown + 2) shown = figures.size();
   html->Element("div", {{"class", css_class}}, [&] {
     for (size_t i = 0; i < shown; ++i) figures[i]();

@@ -13,7 +13,7 @@ namespace evalbus::report {
 class RatioAxis {
  public:
   // Extends the axis to include this ratio and its interval. The axis always includes 0.5 to 2, and never
-  // exceeds 0.1 to 10. Ratios outside of it are drawn as an arrow at its end.
+  // exceeds 0.1 to 10. Ratios outside it are drawn as an arrow at its end.
   void Include(double ratio, const metrics::Interval& interval);
 
   // Draws the labels of the axis.

@@ -17,8 +17,8 @@ struct BoardRun {
   int number = 0;
   // Name of the policy; runs with equal names form one row of the board.
   std::string policy;
-  // The folder that the user named and that contains the run. If a policy has evaluated a task in two such
-  // folders, each folder has its own row.
+  // Folder on the command line that contains the run. A policy that was evaluated on one task in two such
+  // folders has one row per folder.
   std::string source;
   bool is_over = false;
   // Number of episodes of the whole run according to its plan; 0 if not known. `run` may be a shard of it.

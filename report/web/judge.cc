@@ -231,7 +231,8 @@ class VerdictQueue {
     verdicts_.push_back(std::move(verdict));
     is_filled_.notify_one();
   }
-  // Waits for a verdict for at most `timeout`.
+  // Returns the verdicts received since the last call. If there are none, waits for one, at most for
+  // `timeout`.
   std::vector<viz::WebVerdict> TakeAll(std::chrono::milliseconds timeout) {
     std::unique_lock lock(mutex_);
     is_filled_.wait_for(lock, timeout, [this] { return !verdicts_.empty(); });

@@ -1,5 +1,5 @@
 // Implements `evalbus judge`: a page on which an operator gives verdicts on recorded episodes without knowing
-// the automatic verdict and the policy.
+// the automatic verdict or the policy.
 #pragma once
 
 #include <cstdint>

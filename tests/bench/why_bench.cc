@@ -26,12 +26,12 @@ struct Effect {
   const char* name;
   // Success rate for a value of the first parameter from 0 to 1.
   double (*rate)(double value);
-  // Whether the rate depends on the value.
+  // True if the rate depends on the value.
   bool is_real;
   int episodes;
   // Least share of simulations in which the parameter must be named.
   double wanted;
-  // Whether the first parameter is one of kChoices choices instead of a number. The choices are quarters of
+  // True if the first parameter is one of kChoices choices instead of a number. The choices are quarters of
   // the value's range.
   bool is_choice = false;
 };

@@ -145,7 +145,7 @@ def check_percent(browser, found):
 
 
 def check_outline(browser, found):
-    """Checks that the object of the current stage has an outline unless it is switched off, and keeps its color."""
+    """Checks that the object of the current stage has an outline unless outlines are disabled, and keeps its color."""
     browser.evaluate("evalbusViewer.seek(0)")
     frame(browser)
     outlined = "[...evalbusViewer.scene.views[0].world.outlines.values()].flat().filter((mesh) => mesh.visible).length"

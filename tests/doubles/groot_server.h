@@ -33,7 +33,7 @@ class GrootServer {
     // Added to the arm's action for each level of each pixel.
     double per_level = 0;
     // If not zero, the least delay of an answer with actions. The actual delay is twice the time since the
-    // last answer, at most kLongestDelay, so that other clients can send meanwhile on a busy machine, too.
+    // last answer, at most kLongestDelay, so that other clients can send meanwhile even on a busy machine.
     std::chrono::milliseconds least_delay{0};
   };
   static constexpr std::chrono::seconds kLongestDelay{1};

@@ -51,8 +51,8 @@ class PolicyServerDouble {
 
   struct Options {
     Wire wire = Wire::kOpenpi;  // or kRoboArena, kVlaEval, kXPolicyLab
-    // First message of openpi and RoboArena, and the answer to a hello of vla-eval ("protocol_version" is
-    // added) and XPolicyLab.
+    // openpi and RoboArena: first message to each client. vla-eval and XPolicyLab: answer to the client's
+    // hello; for vla-eval, "protocol_version" is added.
     Answer greeting = Value(Map{});
     // Answer to an observation, without RoboArena's endpoint and without the envelope of vla-eval and
     // XPolicyLab. The function runs on the server's thread and blocks it, as in openpi.
@@ -66,7 +66,7 @@ class PolicyServerDouble {
     // 101 accepts the WebSocket upgrade; any other status refuses it. 0 answers with bytes that are not HTTP;
     // -1 does not answer.
     int http_status = 101;
-    // Whether Requests() keeps the requests. A benchmark sets this to false, because it sends too many.
+    // True if Requests() keeps the requests. A benchmark sets this to false, because it sends too many.
     bool keeps_requests = true;
   };
 

@@ -1,6 +1,6 @@
 // Reads the input as a log, packed or not, with the code of every program that reads logs. The first byte
 // selects the kind of the rest. 0 to 127 is a log. 128 and above is a Conversation that is recorded as a
-// valid log, so that the code after the parsing of the log's framing is reached, too.
+// valid log, so that the code after the parsing of the log's framing is also reached.
 #include <cstdlib>
 
 #include "base/errors.h"

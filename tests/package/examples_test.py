@@ -66,7 +66,7 @@ with tempfile.TemporaryDirectory() as folder:
         (other, "was built for evalbus 0.3.0-000000000000, this is 0.3.0-"),
         ("/nowhere.so", "cannot open shared object file"),
         ("waving.so", "expected an absolute path"),
-        ("/lib/x86_64-linux-gnu/libz.so.1", "is not a plugin of evalbus"),
+        ("/lib/x86_64-linux-gnu/libz.so.1", "is not an evalbus plugin"),
         (plugins["EVALBUS_POLICIES"] + ":" + plugins["EVALBUS_POLICIES"], "policy name 'waving': is taken"),
     ):
         said = call(evalbus, "tasks", "list", code=1, env={**os.environ, "EVALBUS_POLICIES": str(named)})

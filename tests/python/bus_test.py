@@ -56,7 +56,7 @@ class BusTest(unittest.TestCase):
         self.assertEqual([episode.complete for episode in run.episodes], [True] * 2)
         log = evalbus.read_log(run.logs[1])
         action, state = log["EVALBUS_ACTION"], log["EVALBUS_STATE"]
-        # The policy may have answered the last state, too.
+        # The policy may also have answered the last state.
         ticks = len(action["time_us"])
         self.assertIn(len(state["time_us"]) - ticks, (0, 1))
         np.testing.assert_array_equal(action["header"]["tick"], np.arange(ticks))

@@ -301,7 +301,7 @@ with tempfile.TemporaryDirectory() as name:
         (run, ["--hdf5", here / "no/such/set.hdf5"], "no/such"),
         (damaged, ["--hdf5", out], "events.lcmlog: "),
         (damaged, ["--safetensors", out], "events.lcmlog: "),
-        (doubled, ["--safetensors", out], "0001/events.lcmlog: its episode number occurs in another log, too"),
+        (doubled, ["--safetensors", out], "0001/events.lcmlog: its episode number also occurs in another log"),
         (here / "scored", ["--hdf5", out], "no action for tick 0: a training set requires an action for every tick"),
         (here / "blind", ["--hdf5", out, "--successes"], "no successful episode to export"),
         (here / "nothing", ["--hdf5", out], "nothing"),

@@ -118,7 +118,7 @@ class EvaluateTest(unittest.TestCase):
         self.assertEqual([episode.end_reason for episode in run.episodes], ["time_limit"] * 2)
         # The contract "plain" specifies 20 Hz.
         self.assertEqual((run.options["control_hz"], policy.episodes), (20, 2))
-        # Each of the two episodes has 400 ticks (20 s at 20 Hz). Its last state may be observed, too.
+        # Each of the two episodes has 400 ticks (20 s at 20 Hz). Its last state may also be observed.
         self.assertIn(len(thread), range(800, 803))
         self.assertNotIn(threading.main_thread(), thread)
 

@@ -58,7 +58,7 @@ class ExamplesTest(unittest.TestCase):
         np.testing.assert_array_equal(chunk[:, 14:], 0)
 
     def test_pytorch(self):
-        """The policy learns from one run of the expert to lift the pot at its place, with the policy's own contract."""
+        """A policy that is trained on one run of the expert lifts the pot from the same initial pose, with the example's contract."""
         support.need_torch(self)
         with tempfile.TemporaryDirectory() as folder:
             expert, learnt = pathlib.Path(folder) / "expert", pathlib.Path(folder) / "learnt"

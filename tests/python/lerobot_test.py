@@ -21,7 +21,7 @@ import evalbus
 import numpy as np
 import torch
 
-# Processes of vector environments import this file, too, without arguments.
+# Processes of vector environments also import this file, without arguments.
 BIN = os.path.abspath(sys.argv.pop(1)) if __name__ == "__main__" else os.environ["EVALBUS_BIN"]
 SEED = 9
 EPISODES = 2

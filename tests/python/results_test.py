@@ -93,7 +93,7 @@ class ResultsTest(unittest.TestCase):
         done = export(edited, "--hf", self.here / "x", "--dataset", "me/pots")
         self.assertEqual(done.returncode, 1)
         self.assertIn("edited: summary.json and episodes.jsonl differ", done.stderr)
-        # A run that was interrupted has a summary, too.
+        # A run that was interrupted also has a summary.
         longer = shutil.copytree(self.recorded.folder, self.here / "longer")
         (longer / "run.json").write_text(json.dumps({**self.recorded.options, "episodes": 9}))
         done = export(longer, "--hf", self.here / "x", "--dataset", "me/pots")

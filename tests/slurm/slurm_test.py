@@ -143,7 +143,7 @@ class SlurmTest(unittest.TestCase):
                     file.write(bytes(1 << 20))
             except OSError:
                 pass
-        # The tasks' own logs are on this disk, too.
+        # The tasks' own logs are also on this disk.
         os.truncate(ballast, ballast.stat().st_size - (256 << 10))
         cluster.wait_for(lambda: any(": retrying" in log.read_text() for log in (out / "slurm").glob("part-*")),
                          "a task that finds the disk full")

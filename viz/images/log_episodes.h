@@ -30,7 +30,7 @@ std::vector<FrameTime> TimesOf(const EpisodeMessages& episode, VideoTiming timin
 bool ShowsEnd(const EpisodeMessages& episode, const VideoTiming& timing);
 
 // Loads the visual model from the run folder that contains the log, even if the folder has been moved since.
-// For a log outside of a run folder, loads the file that MODEL names. Throws InputError.
+// For a log outside a run folder, loads the file that MODEL names. Throws InputError.
 ModelPtr VisualModel(model_info_t info, const std::filesystem::path& log);
 
 }  // namespace evalbus::viz

@@ -28,7 +28,7 @@ struct VideoEpisode {
   // States and times of the frames, one entry per frame.
   std::vector<state_t> states;
   std::vector<FrameTime> times;
-  // Whether the video shows how the episode ended. False if it is cut before the end.
+  // True if the video shows how the episode ended. False if it is cut before the end.
   bool shows_end = true;
   VideoFacts facts;
   // Label in a grid or pair, e.g. the policy.

@@ -18,7 +18,7 @@ struct CameraPose {
 };
 
 // Projects a point with the pinhole model. Returns pixel coordinates from the upper left corner of an image
-// of this size; they may be outside of the image. Returns nullopt if the point is not in front of the camera.
+// of this size; they may be outside the image. Returns nullopt if the point is not in front of the camera.
 // Half of the image height corresponds to tan(fovy / 2) at distance 1.
 inline std::optional<Point> Project(const CameraPose& camera, FrameSize size, const double point_m[3]) {
   const double d[3] = {point_m[0] - camera.position_m[0], point_m[1] - camera.position_m[1],

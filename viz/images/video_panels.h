@@ -33,7 +33,7 @@ class VideoPanels {
   void Curve(const Box& box, const VideoFacts& facts, const VideoCurve& curve, double time_s, double to_s,
              double highest);
   void TimeLine(const Box& box, const VideoFacts& facts, double time_s, double to_s);
-  // Draws marks at points in pixels relative to the box. Points outside of the box are skipped.
+  // Draws marks at points in pixels relative to the box. Points outside the box are skipped.
   struct Place {
     VideoMark::Kind kind;
     Point point;

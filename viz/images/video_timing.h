@@ -10,7 +10,7 @@
 namespace evalbus::viz {
 
 inline constexpr int kVideoRate = 30;  // frames per second of video
-// Factor by which the parts outside of highlights are faster.
+// Factor by which the parts outside highlights are faster.
 inline constexpr double kFastForward = 8;
 
 struct VideoTiming {

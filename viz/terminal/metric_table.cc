@@ -13,7 +13,7 @@ namespace {
 constexpr int kArmLabel = 16, kMaxArmLabel = 24, kLabel = 25, kMaxLabel = 30;
 constexpr int kUnit = 7, kLabelUnit = 6, kGap = 2;
 
-// Returns whether the screen shows a metric outside of this table.
+// Returns whether the screen shows a metric outside this table.
 bool IsElsewhere(const MetricInfo& metric) {
   return metric.counter || metric.name == "completion_time" || metric.name == "subtask_progress" ||
          metric.name.starts_with("extended.min_clearance_");
@@ -81,7 +81,7 @@ class Table {
       row.line.push_back(
           {std::string(static_cast<size_t>(std::max(0, left_width_ + kGap - LineWidth(row.line))), ' ')});
       if (i < scalars_.size()) {
-        // The rank of a line is the lower rank of its two halves.
+        // A line with two metrics is kept as long as the more important one would be kept.
         const RankedLine right = ScalarLine(scalars_[i], label);
         row.rank = std::min(row.rank, right.rank);
         row.line.insert(row.line.end(), right.line.begin(), right.line.end());

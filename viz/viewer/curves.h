@@ -24,7 +24,7 @@ struct Curve {
   // Name of each row. It may be empty if there is a single row.
   std::vector<std::string> parts;
   size_t first_row = 0;
-  // Whether there are values only at some ticks. They must not be interpolated.
+  // True if there are values only at some ticks. They must not be interpolated.
   bool is_sparse = false;
 };
 

@@ -21,7 +21,7 @@ using Json = nlohmann::ordered_json;
 using Kind = TrackEvent::Kind;
 
 constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
-// State of a condition that has not been evaluated; otherwise 0 (false) or 1 (true).
+// A condition's state is 0 (false), 1 (true) or kNotKnown (not evaluated).
 constexpr uint8_t kNotKnown = 2;
 constexpr double kUnit = 32767;
 constexpr int64_t kSameTouch_us = 100'000;
@@ -398,7 +398,7 @@ void EpisodeTrack::AddHead(Json* head_in) const {
   head["attempt"] = episode_.attempt;
 }
 
-// Adds the members of the head that "ticks" blocks contain, too.
+// Adds the members of the head that "ticks" blocks also contain.
 void EpisodeTrack::AddChanging(Json* head_in) const {
   Json& head = *head_in;
   head["ticks"] = ticks();

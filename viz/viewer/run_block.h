@@ -18,11 +18,11 @@ struct RunLabel {
   int run = 0;
   std::string name;
   std::string policy;
-  // Whether the run is or may be active. False if it is read from disk.
+  // True if the run is or may be active. False if it is read from disk.
   bool is_live = false;
-  // Whether a process on this machine evaluates into the run's folder, with or without messages on a bus.
+  // True if a process on this machine evaluates into the run's folder, with or without messages on a bus.
   bool is_active = false;
-  // Whether other runs on the page now contain the episodes of this run.
+  // True if other runs on the page now contain the episodes of this run.
   bool is_replaced = false;
   // Remarks about the run, one sentence each.
   std::vector<std::string> remarks;
@@ -62,7 +62,7 @@ struct EpisodeRow {
   std::string cause_text;
   // Counts of the episode. stages: number of stages that were reached.
   int64_t slips = 0, grasps = 0, collisions = 0, stages = 0;
-  // Whether the ticks of the episode can be shown.
+  // True if the ticks of the episode can be shown.
   bool has_track = true;
   // URL of a video, relative to the page; empty if there is none.
   std::string video;

@@ -143,9 +143,10 @@ std::string VisualMesh(const mjModel& m, int mesh) {
   return builder.Bytes();
 }
 
-// Returns a block of the mesh's convex hull, which is used for collisions. It has no normals, because its
-// faces are flat. Layout of mesh_graph: numvert, numface, vert_edgeadr[numvert], vert_globalid[numvert],
-// edge_localid[numvert + 3 numface], face_globalid[3 numface].
+// Returns a block of the mesh's convex hull, which MuJoCo uses for collisions, or of the visual mesh if the
+// model has no hull for it. A hull has no normals, because its faces are flat. Layout of mesh_graph: numvert,
+// numface, vert_edgeadr[numvert], vert_globalid[numvert], edge_localid[numvert + 3 numface], face_globalid[3
+// numface].
 std::string HullMesh(const mjModel& m, int mesh) {
   if (m.mesh_graphadr[mesh] < 0) return VisualMesh(m, mesh);
   const int* graph = m.mesh_graph + m.mesh_graphadr[mesh];

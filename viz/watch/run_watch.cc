@@ -264,7 +264,7 @@ std::string RunWatch::Phase() const {
   if (episode_ < 0) return "";
   if (state_) return "running";
   const auto sim = health_.find("sim");
-  // Whether an episode is in progress whose STATE has not been received yet.
+  // True if an episode is in progress whose STATE has not been received yet.
   const bool mid_episode = sim != health_.end() && sim->second.status.state == component_status_t::READY &&
                            sim->second.status.episode == episode_ && sim->second.status.attempt == attempt_;
   return mid_episode ? "waiting for the next tick" : "waiting for components";

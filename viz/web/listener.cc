@@ -57,7 +57,7 @@ void Listener::Accept() {
     error_code ignored;
     socket.set_option(tcp::no_delay(true), ignored);
     socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
-    // Called before take_, which may throw: the next connections must be accepted also then.
+    // Called before take_, because the next connections must be accepted even if take_ throws.
     Accept();
     take_(std::move(socket));
   });

@@ -23,7 +23,7 @@ struct WebAnswer {
   int status = 200;
   std::string type = "text/plain; charset=utf-8";
   SharedBytes body{};
-  // Whether browsers may cache the content permanently, because the URL identifies it.
+  // True if browsers may cache the content permanently, because the URL identifies it.
   bool is_forever = false;
 
   static WebAnswer Text(int status, const std::string& text);

@@ -173,7 +173,7 @@ SharedBytes UpdateBroadcaster::Next(Viewer* viewer) {
 }
 
 SharedBytes UpdateBroadcaster::NextOfList(int number, Run* run, Viewer::Seen* seen) {
-  // A list that has become empty is sent, too, because the viewer shows its former rows.
+  // A list that has become empty is also sent, because the viewer still shows its former rows.
   const bool must_clear = seen->list != run->list_version && seen->episodes > 0;
   if (seen->list != run->list_version) {
     seen->list = run->list_version;

@@ -1,5 +1,5 @@
-// Other processes publish on the bus of a run. The run either has the scores of an undisturbed run or stops
-// and states the reason.
+// Tests runs on whose bus other processes publish. Such a run either has the scores of an undisturbed run, or
+// stops and states the reason.
 #include <sstream>
 
 #include "tests/integration/harness.h"

@@ -1,4 +1,4 @@
-// Runs in containers that share a network but neither processes nor files.
+// Tests runs in containers that share a network but neither processes nor files.
 #include "tests/integration/harness.h"
 
 namespace evalbus::shared_network_test {

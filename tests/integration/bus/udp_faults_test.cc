@@ -1,4 +1,4 @@
-// A real network misbehaves under the real processes of a run. The run either has the results of an
+// Tests the real processes of a run on a real network with faults. The run either has the results of an
 // undisturbed run or ends with one line that states the reason.
 #include <arpa/inet.h>
 #include <dlfcn.h>

@@ -169,7 +169,7 @@ TEST_F(BadInput, TaskCheckTestsStartsAndLimits) {
          "center_m: [0.1, 0.3], half_extents_m: [0.01, 0.01]", "  position:\n",
          "variation 'position': none of 1000 draws keeps all parts apart; in the last one, pot is ");
   expect("min_m: 1.096", "min_m: 0.5", "  base:\n    alias",
-         "variation 'base': success already holds after a reset with seed 0");
+         "variation 'base': success is already true after a reset with seed 0");
   expect("      - spawn_yaw: &yaw {object: pot, bound_deg: 30}",
          "      - mass: {of: [pot], min_factor: 1, max_factor: 2}\n"
          "      - mass: {of: [pot], min_factor: 1, max_factor: 2}\n"

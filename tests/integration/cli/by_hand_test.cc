@@ -1,4 +1,4 @@
-// Processes that are started by hand, in any order.
+// Tests processes that are started by hand, in any order.
 #include <signal.h>
 
 #include <map>
@@ -162,7 +162,7 @@ TEST(Environment, NamesTheBus) {
     return is_received;
   })) << replay.err();
   EXPECT_EQ(replay.Wait(), 0) << replay.out() << replay.err();
-  // A run folder takes precedence, too. The error does not mention --url, because the user did not pass it.
+  // A run folder also takes precedence. The error does not mention --url, because the user did not pass it.
   const Result over = RunProgram({"evalbus", "monitor", folder.path() / "named"}, environment);
   EXPECT_EQ(over.code, 1);
   EXPECT_NE(over.err.find("this run has finished"), std::string::npos) << over.err;

@@ -1,5 +1,5 @@
-// evalbus collect keeps successes only. The result does not depend on the number of processes or on
-// interruptions.
+// Tests that evalbus collect keeps only successes, and that its result depends neither on the number of
+// processes nor on interruptions.
 #include <algorithm>
 #include <csignal>
 #include <cstdio>

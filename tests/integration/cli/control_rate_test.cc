@@ -1,5 +1,5 @@
-// Every output reports the actual control rate. It can differ from the requested rate, because a tick is a
-// whole number of physics steps of 2 ms.
+// Tests that every output reports the actual control rate. It can differ from the requested rate, because a
+// tick is a whole number of physics steps of 2 ms.
 #include "bus/channels.h"
 #include "evalbus/model_info_t.hpp"
 #include "tests/integration/harness.h"

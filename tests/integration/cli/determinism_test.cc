@@ -1,5 +1,5 @@
-// Equal seeds give equal bytes: in one process and in several, repeatedly, at every control rate, and for an
-// episode among others and alone.
+// Tests that equal seeds give equal bytes: in one process and in several, repeatedly, at every control rate,
+// and for an episode within a run and alone.
 #include <set>
 
 #include "bus/channels.h"

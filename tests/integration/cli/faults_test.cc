@@ -1,4 +1,4 @@
-// Faults during a run: killed processes, stops, and messages that do not belong to it.
+// Tests faults during a run: killed processes, stops, and messages that do not belong to it.
 #include <signal.h>
 
 #include <algorithm>

@@ -126,7 +126,7 @@ TEST_F(Judge, AnInterruptedSessionContinuesAndRevealsAtTheEnd) {
   EXPECT_EQ(success["pairs"]["baseline_only"], a_was_first ? 1 : 0);
   EXPECT_EQ(success["pairs"]["run_only"], a_was_first ? 0 : 1);
   EXPECT_EQ(success["pairs"]["neither"], 2);
-  // Without an operator, the command prints the same results. A report shows them, too.
+  // Without an operator, the command prints the same results. A report also shows them.
   const Result printed = RunProgram({"evalbus", "judge", a_, b_});
   EXPECT_EQ(printed.code, 0) << printed.err;
   EXPECT_NE(program->out().find(printed.out), std::string::npos) << printed.out;

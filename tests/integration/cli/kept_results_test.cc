@@ -1,5 +1,5 @@
-// Logs are compared with the results next to them. Rescoring reports modified results, and replaying reports
-// what it cannot play.
+// Tests that logs are compared with the results next to them: rescoring reports modified results, and
+// replaying reports what it cannot play.
 #include <signal.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// Faults of the machine: full and read-only disks, a wall clock that is set back, small receive buffers.
+// Tests faults of the machine: full and read-only disks, a wall clock that is set back, small receive
+// buffers.
 #include <sched.h>
 #include <sys/mount.h>
 #include <sys/resource.h>

@@ -230,7 +230,7 @@ TEST_F(Merge, RefusesPartsOfAnotherPlan) {
   ExpectRefused("/run.json: \"after_success_s\" is 0.0, but 1.0 in plan.json");
   Replace(results_ / "plan.json", "\"after_success_s\": 1.0", "\"after_success_s\": 0.0");
   ASSERT_EQ(MergePlan().code, 0);
-  // Merged runs of another plan are refused, too.
+  // Merged runs of another plan are also refused.
   Replace(results_ / "plan.json", "\"seed\": 5", "\"seed\": 6");
   ExpectRefused("/run.json: \"seed\" is 5, but 6 in plan.json");
 }
@@ -250,7 +250,7 @@ TEST_F(Merge, RemovesOnlyWhatItCounted) {
   ExpectMerged();
 }
 
-// An interrupted 'evalbus run PLAN' leaves a summary, too.
+// An interrupted 'evalbus run PLAN' also leaves a summary.
 TEST_F(Merge, ARunThatLacksEpisodesIsNotWhole) {
   ASSERT_EQ(MergePlan().code, 0);
   const fs::path lines = Run("rnd") / "episodes.jsonl";
@@ -413,7 +413,7 @@ TEST_F(Merge, RefusesPartsWithOtherForceLimits) {
       << refused.err;
   EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
   EXPECT_FALSE(fs::exists(out));
-  // The logs contain the limits, too.
+  // The logs also contain the limits.
   auto info = nlohmann::ordered_json::parse(ReadText(b / "run.json"));
   info["limits_sha256"] = nlohmann::json::parse(ReadText(a / "run.json"))["limits_sha256"];
   WriteText(b / "run.json", info.dump());

@@ -1,4 +1,4 @@
-// Files that commands write are complete or absent, never replace what is not a regular file, and leave
+// Tests that the files that commands write are complete or absent, replace only regular files, and leave
 // nothing else behind.
 #include <fcntl.h>
 #include <sched.h>

@@ -61,7 +61,8 @@ TEST_F(PlanPages, OfOneThatStopsHaveThePOfAnyLook) {
     EXPECT_EQ(page.find(" worse than ") != std::string::npos, is_decided);
   }
   EXPECT_THAT(Page("report.html"), Not(HasSubstr("exact McNemar")));
-  // Policies whose number of episodes depends on results are not ranked.
+  // The report does not rank policies whose number of episodes depends on the results, because the tests
+  // behind the letters assume a fixed number.
   EXPECT_THAT(Page("report.html"), Not(HasSubstr("Policies that share a letter")));
 
   // A manual comparison notes that its p values are not valid for a plan that stops depending on its results.
@@ -172,7 +173,7 @@ TEST_F(PlanPages, OfSeveralPoliciesHaveThePOfAllAndARanking) {
   EXPECT_THAT(Page("flawed_expert-miss/report.html"),
               HasSubstr("<h1>flawed_expert-miss succeeds in 0 of 8 episodes of lift_pot/position</h1>"));
 
-  // `verify` makes all pages again: the plan's page, two comparisons and three reports of policies.
+  // `verify` regenerates all pages: the plan's page, two comparisons and three reports of policies.
   const auto verify = [&] { return RunProgram({"evalbus", "verify", results_}); };
   EXPECT_THAT(verify().out, HasSubstr("; 6 pages made again"));
   for (const std::string name : {"report.html", "flawed_expert-miss/against_expert.html"}) {

@@ -1,4 +1,4 @@
-// Recorded episodes are played back over a bus with LCM's player, and offline.
+// Tests replays of recorded episodes, over a bus with LCM's player and offline.
 #include <signal.h>
 
 #include <algorithm>

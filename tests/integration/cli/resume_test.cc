@@ -177,7 +177,7 @@ TEST_F(ResumeRefuses, OtherFiles) {
   expect(pot, "mass=\"3.363", "mass=\"9.363",
          "the run was made with another physics model (physics_sha256); restore the changed file");
   expect(pot, "handles.obj\"", "handles.obj\" scale=\"1.1 1.1 1.1\"",
-         "the run was made with another ");  // applies to visual models, too
+         "the run was made with another ");  // also applies to visual models
   expect(robot, "home_rad: &home [0, ", "home_rad: &home [0.1, ",
          "the run was made with another robot description");
   expect(task, "time_limit_s: ", "time_limit_s: 1", "the run was made with another task description");

@@ -1,4 +1,4 @@
-// The contents of a run folder: its logs are complete and agree with its results.
+// Tests the contents of a run folder: the logs are complete and agree with the results.
 #include <regex>
 #include <set>
 
@@ -432,7 +432,7 @@ TEST(PolicyName, IsWhatResultsCallThePolicy) {
   const Result compared = RunProgram({"evalbus", "compare", folder.path() / "a", folder.path() / "b"});
   EXPECT_NE(compared.out.find("b (hold) against a (ckpt-12000)"), std::string::npos)
       << compared.out << compared.err;
-  // The default run folder is named after the policy, too.
+  // The default run folder is also named after the policy.
   const Result unnamed = RunProgram(run, {folder.path(), nullptr});
   EXPECT_NE(unnamed.out.find("-ckpt-12000-20"), std::string::npos) << unnamed.out;
   // A run has only one policy.

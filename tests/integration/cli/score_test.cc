@@ -68,7 +68,7 @@ TEST_F(Score, ClearanceHasThePointsOfASimulationOfTheSameJoints) {
   int with_clearance = 0;
   for (size_t i = 0; i < expected.size(); ++i) {
     // Positions are recomputed from the joints, so their last digits may differ. Therefore, the ticks that
-    // have the smallest clearance so far may differ, too.
+    // have the smallest clearance so far may also differ.
     if (!expected[i].has_clearance || !found[i].has_clearance) continue;
     constexpr double kTolerance = 1e-6;
     EXPECT_NEAR(found[i].clearance_m, expected[i].clearance_m, kTolerance) << i;

@@ -66,7 +66,7 @@ std::string EndReason(const std::string& failure_reason, const std::string& text
   return text.find("touches world") != std::string::npos ? "failure" : "time_limit";
 }
 
-// Checks conditions that hold for every explanation.
+// Checks conditions that every explanation must meet.
 void ExpectConsistent(const Json& episode) {
   const Json& explanation = episode["explanation"];
   const Json& metrics = episode["metrics"];

@@ -1,4 +1,4 @@
-// External policies (--policy lcm) that misbehave in various ways.
+// Tests external policies (--policy lcm) that misbehave in various ways.
 #include <signal.h>
 
 #include <cmath>

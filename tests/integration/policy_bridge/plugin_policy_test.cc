@@ -1,4 +1,4 @@
-// Plugin policies that misbehave in Act(), in one process and in several.
+// Tests plugin policies that misbehave in Act(), in one process and in several.
 #include <cstdlib>
 
 #include "tests/integration/harness.h"

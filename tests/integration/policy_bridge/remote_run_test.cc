@@ -1,5 +1,5 @@
-// Policies behind a server in whole runs: scores, replays from the log alone, and the effect of a failing
-// server.
+// Tests whole runs of policies behind a server: scores, replays from the log alone, and the effect of a
+// failing server.
 #include <algorithm>
 #include <atomic>
 #include <csignal>

@@ -1,4 +1,4 @@
-// Episodes that continue after success, in several processes and in one.
+// Tests episodes that continue after a success, in several processes and in one.
 #include "tests/integration/harness.h"
 
 namespace evalbus::after_success_test {

@@ -1,4 +1,4 @@
-// Monitors may start late, hang or be many. The run is not affected.
+// Monitors that start late, hang or are numerous do not affect the run.
 #include <fcntl.h>
 #include <sched.h>
 #include <signal.h>
@@ -220,7 +220,7 @@ class MonitorTerminal : public testing::Test {
   int master_ = -1, slave_ = -1;
   std::string name_, screen_;
   termios before_{};
-  // Whether the monitor has a separate terminal session, in which the terminal's keys raise signals.
+  // True if the monitor has a separate terminal session, in which the terminal's keys raise signals.
   bool own_session_ = true;
   std::optional<Program> monitor_;
 };

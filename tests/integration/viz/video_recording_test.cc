@@ -1,4 +1,4 @@
-// Videos recorded during a run, and made from its logs afterwards.
+// Tests videos that are recorded during a run, or rendered from its logs afterwards.
 #include <signal.h>
 
 #include <algorithm>

@@ -71,7 +71,7 @@ TEST_F(RecorderTest, WritesModelFirstAndStampsSimulatedTime) {
   End(0);
   HandleAll();
   std::vector<std::pair<std::string, int64_t>> events = Log(0);
-  // STATUS messages of the recorder itself are recorded, too.
+  // STATUS messages of the recorder itself are also recorded.
   std::erase_if(events, [](const auto& event) { return event.first == channels::kStatus; });
   const std::vector<std::pair<std::string, int64_t>> expected = {
       {channels::kModel.name, 0},          {channels::kEpisodeBegin.name, 0},

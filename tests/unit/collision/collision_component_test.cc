@@ -1,4 +1,4 @@
-// Tests the component on an in-process bus with messages made by hand.
+// Tests the component on an in-process bus with handwritten messages.
 #include "collision/collision_component.h"
 
 #include <gtest/gtest.h>
@@ -116,7 +116,7 @@ TEST_F(CollisionComponentTest, CountsGapsAndForeignMessages) {
   Begin(0);
   State(0, 0, 1);
   State(0, 3, 1);     // ticks 1 and 2 are lost
-  State(0, 3, 1);     // a repeated STATE, whose answer is repeated, too
+  State(0, 3, 1);     // a repeated STATE, whose answer is also repeated
   State(1, 4, 1);     // another episode
   State(0, 4, 1, 2);  // another model
   State(0, 4, std::numeric_limits<double>::quiet_NaN());
@@ -198,7 +198,7 @@ TEST_F(ContactsOfASource, AStateWithoutThemIsNotAnswered) {
   Measured(0, {});
   State(0, 0, 0.08);
   EXPECT_EQ(contacts_.size(), 1u);
-  State(0, 0, 0.08);  // repeated: the answer is repeated, too
+  State(0, 0, 0.08);  // repeated: the answer is also repeated
   EXPECT_EQ(contacts_.size(), 2u);
 }
 

@@ -99,7 +99,7 @@ TEST(CollisionFilter, ReportsNothingThatMujocoExcludes) {
       EXPECT_NE(std::find(mujoco.begin(), mujoco.end(), pair), mujoco.end())
           << option << ": " << pair.first << " and " << pair.second;
     }
-    // Every pair of MuJoCo is checked, too, except for evalbus' own exclusions.
+    // Every pair that MuJoCo checks is also checked here, except for evalbus' own exclusions.
     for (const auto& pair : mujoco) {
       EXPECT_EQ(std::find(ours.begin(), ours.end(), pair) != ours.end(),
                 checker.IsChecked(pair.first, pair.second))

@@ -242,7 +242,7 @@ TEST_F(PolicyComponentTest, RequestsImagesOfANewTickAtOnce) {
   Begin(0);
   for (int64_t tick = 0; tick < 20; ++tick) {
     Send(channels::kState, State(0, tick));
-    // Each tick has its own request and no repeat, because the period of repeats has not passed.
+    // Each tick has one request and no repeat, because the repeat period has not passed.
     ASSERT_EQ(observed.size(), static_cast<size_t>(tick) + 1);
     EXPECT_EQ(observed.back(), tick);
     image_t image{};

@@ -1,4 +1,4 @@
-// A run on disk is followed while it grows, is rewritten, and is resumed.
+// Tests that readers follow a run on disk while it grows, is rewritten, and is resumed.
 #include "report/run_follower.h"
 
 #include <gmock/gmock.h>

@@ -104,7 +104,7 @@ TEST_F(CertificateTest, OnlyTheFirstFlipsAreListed) {
 
 TEST_F(CertificateTest, NamesTheFirstStageThatDiffers) {
   // Episodes 1 and 2 diverge at stage 2, in opposite directions. Episode 3 diverges at stage 1, although
-  // stage 2 differs, too.
+  // stage 2 also differs.
   const Certificate certificate = Certify({{"2.2.2", {Stages("2.2.2", {"11", "11", "10", "11"})}},
                                            {"3.3.3", {Stages("3.3.3", {"11", "10", "11", "00"})}}});
   const std::vector<StageParting>& partings = certificate.comparisons[0].partings;

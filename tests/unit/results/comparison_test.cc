@@ -389,7 +389,7 @@ TEST_F(EqualEpisodesTest, EqualNumbersFromDifferentStartsAreAllSamples) {
   EXPECT_THAT(Conclusion(result),
               testing::MatchesRegex("half is 50 points better than none, 95 % CI .*\\. 15 of "
                                     "30 against 0 of 30 on the same seeds, .*"));
-  // All pairs count as samples, too, if the episodes of both runs are equal except for the initial states.
+  // All pairs also count as samples if the episodes of both runs are equal except for the initial states.
   EXPECT_EQ(CompareRuns(Equal("never", none, true), Equal("none", none, true)).success.samples.trials, 30);
   // All pairs also count as samples if the initial states are equal but the policy is not deterministic.
   for (Each& each : half) each.yaw_rad = 0;

@@ -1,4 +1,4 @@
-// Finds the runs in folders of runs, suites and plans.
+// Tests which runs are found in folders of runs, suites and plans.
 #include "results/found_runs.h"
 
 #include <gmock/gmock.h>

@@ -37,7 +37,7 @@ TEST(NoReturn, EveryKindHasASentence) {
             "from some "
             "earlier ticks.");
   EXPECT_EQ(NoReturnText({Kind::kNever, 0, 0, true}),
-            "No point of no return: the expert fails from the start, too.");
+            "No point of no return: the expert fails even from the start.");
   EXPECT_EQ(NoReturnText({Kind::kOpen, 300, 6, true}),
             "No point of no return: the expert still succeeds from the end, at 6.00 s.");
 }

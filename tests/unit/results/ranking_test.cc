@@ -54,14 +54,15 @@ TEST(Ranking, DifferentTasksHaveNoOrder) {
 TEST(Ranking, MostSuccessfulFirstWithLetters) {
   const auto ranking = Rank({Policy("expert", First(20, 50)), Policy("small", First(38, 50)),
                              Policy("large", First(45, 50)), Policy("base", First(28, 50))});
-  EXPECT_EQ(RankingText(ranking),
-            "Ranking by success\n"
-            "large         45 of 50   90 %  a\n"
-            "small         38 of 50   76 %  b\n"
-            "base          28 of 50   56 %  c\n"
-            "expert        20 of 50   40 %  d\n"
-            "Policies that share a letter are not shown to differ (all pairs tested, p adjusted with Holm's "
-            "method, which is stricter than comparisons with the baseline only).\n");
+  EXPECT_EQ(
+      RankingText(ranking),
+      "Ranking by success\n"
+      "large         45 of 50   90 %  a\n"
+      "small         38 of 50   76 %  b\n"
+      "base          28 of 50   56 %  c\n"
+      "expert        20 of 50   40 %  d\n"
+      "Policies that share a letter do not differ significantly (all pairs tested, p adjusted with Holm's "
+      "method, which is stricter than comparisons with the baseline only).\n");
   EXPECT_TRUE(Rank({Policy("a", First(1, 3)), Policy("b", First(2, 3))}).empty());
   EXPECT_LE(LongestLine(RankingText(ranking, 60)), 60);
   EXPECT_EQ(RankingText({}), "");

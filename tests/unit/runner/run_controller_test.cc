@@ -270,7 +270,7 @@ TEST_F(RunControllerTest, AServersFaultBeginsTheEpisodeAgainFromItsSeed) {
 }
 
 TEST_F(RunControllerTest, AnUnreachableServerMakesTheEpisodeInvalidAndTheRunContinues) {
-  // Other errors count as attempts, too.
+  // Other errors also count as attempts.
   Begin();
   PublishEnd(0, "aborted", "lost");
   Begin(1);

@@ -104,8 +104,8 @@ TEST_F(TrainingStartsTest, OfAnythingElseAreRefused) {
                 "an older version of evalbus?");
   WriteSet("watched.hdf5", "evalbus_starts", {R"({"task": "lift_pot/base", "parameters": null})"});
   EXPECT_EQ(Error("watched.hdf5"), place + folder +
-                                       "/watched.hdf5: the start of episode 0 is unknown: recorded by an "
-                                       "external source");
+                                       "/watched.hdf5: the start of episode 0 is unknown, because an "
+                                       "external source recorded it");
   std::filesystem::create_directories(folder_.path() / "lerobot/meta");
   EXPECT_EQ(Error("lerobot"),
             place + folder +

@@ -1,4 +1,4 @@
-// Keys of a robot description that define how its controller works and how it starts.
+// Tests the keys of a robot description that define how its controller works and how the robot starts.
 #include <cmath>
 
 #include "models/scene.h"

@@ -481,7 +481,7 @@ TEST_F(SourceComponentTest, ARefusedLastSampleDoesToo) {
   EXPECT_EQ(Ticks(), std::vector<int64_t>{0});
 }
 
-// A source sends each sample twice. All ticks after the first are missing, also those at the end.
+// A source sends each sample twice. All ticks after the first are missing, including those at the end.
 TEST_F(SourceComponentTest, TicksThatAreMissingAtTheEndCount) {
   Start();
   for (int64_t k = 0; k < 10; ++k) {
@@ -591,7 +591,8 @@ TEST_F(SourceComponentTest, StampsInMillisecondsGetAHint) {
   sample.stamp_us = Sample(0).stamp_us + 20'000'000;
   Send(sample);
   ASSERT_EQ(ends_.size(), 1u);
-  EXPECT_THAT(ends_[0].detail, HasSubstr("the source's clock jumps by 20 s; are these milliseconds instead"));
+  EXPECT_THAT(ends_[0].detail,
+              HasSubstr("the source's clock jumps by 20 s; is the unit milliseconds instead"));
 }
 
 // Differences between these timestamps exceed 64 bits.

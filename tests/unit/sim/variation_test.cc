@@ -615,7 +615,7 @@ TEST_F(VariationTest, DrawsAgainWhereAPartSinksIntoAnother) {
   const Scene scene = BuildScene(task, robot);
   World world(scene.physics.get(), scene.info, robot, task, 10);
   Variation variation;
-  // Half of the grid's eight points are closer to the box than a block's width.
+  // The grid has 2 x 8 points. At the four middle positions along y, the block would overlap the box.
   variation.randomizations = {SpawnPlane{{"block"}, {0.8, 0, 0.1}, {0.1, 0.4}, 0.1, {0, 0, 0}}};
   int beyond = 0;
   for (int seed = 0; seed < 30; ++seed) {

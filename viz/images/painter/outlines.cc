@@ -27,7 +27,7 @@ void DrawOutlines(const Part& part, PaintedImage* image) {
                              static_cast<size_t>(x))];
   };
   const auto is_outlined = [&](int x, int y) { return pixel(x, y)[3] < 128; };
-  // Pixels at the border of the image get no outline, so no neighbor is outside of the image.
+  // Pixels at the border of the image get no outline, so no neighbor is outside the image.
   const int left = std::max(part.left, kOutlinePixels), bottom = std::max(part.bottom, kOutlinePixels),
             right = std::min(part.right, image->width - kOutlinePixels),
             top = std::min(part.top, image->height - kOutlinePixels);

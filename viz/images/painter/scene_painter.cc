@@ -54,7 +54,7 @@ void DrawShadowMap(const GlFunctions& gl, const SceneGeoms& geoms, const mjrCont
                    const mjvScene& scene, const LightView& light, const Part& part) {
   gl.BindFramebuffer(GL_FRAMEBUFFER, context.shadowFBO);
   gl.DrawBuffer(GL_NONE);
-  // The border texels stay empty, so that points outside of the map are not in shadow.
+  // The border texels stay empty, so that points outside the map are not in shadow.
   gl.Viewport(1, 1, light.size - 2, light.size - 2);
   gl.Scissor(part.left, part.bottom, part.width(), part.height());
   gl.Enable(GL_SCISSOR_TEST);

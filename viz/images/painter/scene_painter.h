@@ -76,7 +76,7 @@ class ScenePainter : public Painter {
   // Returns whether the geom is a plane that is seen from behind.
   bool IsBehind(const mjvGeom& geom) const;
   bool IsOpaque(const mjvGeom& geom) const { return geom.rgba[3] >= 0.995f && !IsBehind(geom); }
-  // Returns whether the geom is certainly outside of the view frustum.
+  // Returns whether the geom is certainly outside the view frustum.
   bool IsOutside(const mjvGeom& geom) const;
 
   const GlFunctions gl_;

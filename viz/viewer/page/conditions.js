@@ -36,7 +36,7 @@ Evalbus.Conditions = class {
     }
     if (outcome === "left") reason = "no more messages of this episode arrive; --resume runs it again";
     const missing = track.missing.size ? `missing: ${Evalbus.plural(track.missing.size, "tick")}` : "";
-    const cut = track.head.is_cut ? "truncated: the episode has more ticks than are stored" : "";
+    const cut = track.head.is_cut ? "truncated: the episode exceeds the maximum number of ticks" : "";
     Evalbus.setText(this.reason, [reason, missing, cut].filter(Boolean).join("; "));
     if (other) {
       Evalbus.setText(this.other, Evalbus.textOfB(words[other.outcome()].toLowerCase(), Evalbus.reasonOf(other.head)));

@@ -19,7 +19,7 @@ Evalbus.Curves = class extends Evalbus.CurvePlots {
     this.tip = e("div", { class: "ev-tip" });
     this.hover = e("div", { class: "ev-cursor ev-thin" });
     this.cards = [];
-    // Cards outside of the viewport are not drawn.
+    // Cards outside the viewport are not drawn.
     this.seen = new IntersectionObserver((entries) => {
       for (const entry of entries) {
         const card = this.cards.find((one) => one.node === entry.target);

@@ -220,7 +220,7 @@ Evalbus.paletteOf = (node) => {
 };
 
 // Returns the name of the color (viewer.css) for the k-th part of a curve. If the part's name contains an arm, such as "left
-// gripper to pot", this is the arm's color, otherwise a color that stands for nothing else.
+// gripper to pot", this is the arm's color, otherwise a color without another meaning.
 Evalbus.roleOf = (name, k, head) => {
   const words = ` ${Evalbus.spaced(name)} `;
   const arm = (head.arms || []).findIndex((one) => words.includes(` ${Evalbus.spaced(one)} `));

@@ -157,7 +157,7 @@ Evalbus.eventMarks = {
     context.arc(x, y, 7, 0, 2 * Math.PI);
     context.stroke();
   },
-  // Draws the mark of a force limit that is exceeded.
+  // Draws the symbol for a violation of a force limit.
   limit(context, x, y, palette) {
     Evalbus.polygon(context, [[x - 5, y - 5], [x + 5, y - 5], [x + 5, y + 5], [x - 5, y + 5]], palette.bad, false);
   },

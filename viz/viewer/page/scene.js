@@ -348,7 +348,7 @@ Evalbus.SceneView = class {
   }
 
   // Lowers the quality if frames take long, as on machines that render in software: the resolution is reduced in two steps,
-  // then shadows are switched off. The quality is not raised again. took_ms: duration of the last drawn frame.
+  // then shadows are disabled. The quality is not raised again. took_ms: duration of the last drawn frame.
   adapt(took_ms) {
     this.slow = took_ms > 70 ? this.slow + Math.min(3, took_ms / 70) : Math.max(0, this.slow - 1);
     if (this.slow < 8) return;

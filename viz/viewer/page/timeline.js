@@ -119,7 +119,7 @@ Evalbus.Timeline = class {
     return this.from + (x - this.left) / (this.plotRight - this.left) * (this.to - this.from);
   }
 
-  // Returns the first and the last tick that the timeline shows.
+  // Returns the first and the last tick of the smallest range of ticks that covers the visible part of the timeline.
   ticksSeen(track) {
     return [Math.max(0, Math.floor(this.from / track.tickSeconds)), Math.min(track.last, Math.ceil(this.to / track.tickSeconds))];
   }

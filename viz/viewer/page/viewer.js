@@ -198,7 +198,7 @@ Evalbus.Viewer = class {
     if (this.tracks.length === 0) this.showEmpty();
   }
 
-  // Removes the tracks of a run, also those that are shown.
+  // Removes the tracks of a run, including those that are shown.
   forget(run) {
     for (const key of [...this.recent.keys()]) {
       if (key.startsWith(`${run}/`)) this.recent.delete(key);

@@ -265,7 +265,7 @@ Evalbus.World = class {
   }
 };
 
-// Draws the back faces of a mesh, enlarged by two pixels along its normals. Only the part outside of the mesh's silhouette
+// Draws the back faces of a mesh, enlarged by two pixels along its normals. Only the part outside the mesh's silhouette
 // is visible. The uniform `pixel` is the size of a pixel in clip coordinates.
 Evalbus.outlineMaterial = () => new THREE.ShaderMaterial({
   uniforms: { pixel: { value: new THREE.Vector2(0.002, 0.002) } },

@@ -312,8 +312,8 @@ TEST_F(CauseFinderTest, StagesCountUntilTheMoment) {
   EXPECT_NE(Find().text.find("(1 of 3 stages by then)"), std::string::npos) << Find().text;
 }
 
-// The blue cube is put where it should be, but the red cube is not brought to it.
-// The gripper holds the blue object and releases it. In the last case it then loses the red one, which falls.
+// The blue cube is placed correctly, but the red cube is not brought to it. The gripper holds the blue object
+// and releases it. In the last case it then loses the red one, which falls.
 TEST(ReleaseAsRequired, IsNoLoss) {
   condition_t on{}, released{}, near{}, lifted{}, held{};
   on.kind = condition_t::CONTACT;

@@ -277,9 +277,10 @@ TEST(RunStatistics, CountEpisodesThatWereDecidedAtTheStart) {
   EpisodeResult later = Episode(true, true, {}), at_once = later, incomplete = Episode(false, true, {});
   at_once.decided_at_start = incomplete.decided_at_start = true;
   EXPECT_EQ(StatisticsOf({later, incomplete}).Summary(false).StartText(), "");
-  EXPECT_EQ(StatisticsOf({later, at_once}).Summary(false).StartText(),
-            "1 of 2 episodes were decided at the first tick: success or failure holds at the start, whatever "
-            "the policy does");
+  EXPECT_EQ(
+      StatisticsOf({later, at_once}).Summary(false).StartText(),
+      "1 of 2 episodes were decided at the first tick: success or failure is true at the start, whatever "
+      "the policy does");
 }
 
 // Two episodes of 5 s.

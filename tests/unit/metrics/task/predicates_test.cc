@@ -1,4 +1,4 @@
-// Tests predicates about joints, places and handovers in worlds made by hand.
+// Tests predicates about joints, places and handovers in handwritten worlds.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -266,7 +266,7 @@ TEST_F(PredicatesTest, LastsCountsTimeWithoutABreak) {
     if (touches) return dut->Evaluate({state_, Contacts(tick).contact});
     return dut->Evaluate({state_, {}});
   };
-  // The condition must hold for five ticks of 20 ms after the first.
+  // The condition must be true for five ticks of 20 ms after the first.
   for (int64_t tick = 1; tick <= 5; ++tick) EXPECT_FALSE(at(tick, true)) << tick;
   std::vector<condition_t> why;
   dut->Explain(&why);

@@ -1,4 +1,4 @@
-// Tests predicates, quantities and verdicts in worlds made by hand.
+// Tests predicates, quantities and verdicts in handwritten worlds.
 #include "metrics/task/task_evaluator.h"
 
 #include <gtest/gtest.h>

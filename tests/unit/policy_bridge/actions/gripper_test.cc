@@ -57,7 +57,7 @@ std::vector<double> Steps(const GripperForm& form, const std::vector<double>& va
 TEST(Gripper, StickyWaitsForStepsInARow) {
   GripperForm form{.index = 0, .open = 0, .closed = 1, .threshold = 0.5, .sticky_steps = 3};
   // The first two closing steps are interrupted, so the gripper closes at the third of the next three.
-  // Opening takes three steps, too.
+  // Opening also takes three steps.
   EXPECT_EQ(Steps(form, {1, 1, 0, 1, 1, 1, 0, 1, 0, 0, 0, 0}),
             (std::vector<double>{0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 0, 0}));
   form.sticky_steps = 1;

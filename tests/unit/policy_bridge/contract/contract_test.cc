@@ -172,7 +172,7 @@ TEST(Contract, AConstantIsATextOrNumbersOrAnInteger) {
             "mine.yaml:8: key 'number': unknown key here; expected one of integer");
 }
 
-// Two contracts that give a policy other inputs, or refuse other actions, are different.
+// Contracts that differ in the policy's inputs, or in the actions that they refuse, are different.
 TEST(Contract, JsonHasTheValuesOfConstantsAndTheFirstStep) {
   const auto constant = [](const std::string& text) {
     std::string all = kGood;

@@ -1,4 +1,4 @@
-// Tests obstacles that prevent a plan, and things that do not.
+// Tests which obstacles prevent a plan and which do not.
 #include <fstream>
 #include <iterator>
 #include <stdexcept>

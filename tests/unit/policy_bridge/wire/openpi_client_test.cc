@@ -232,8 +232,7 @@ struct Ending {
 
 class OpenpiClientEndings : public testing::TestWithParam<Ending> {};
 
-// A server may do many things other than answering. Each case ends with an error, and the client can connect
-// again.
+// A server may fail to answer in many ways. Each case ends with an error, and the client can connect again.
 TEST_P(OpenpiClientEndings, AreDefined) {
   Double::Answer answer = GetParam().answer;
   Double::Options options;

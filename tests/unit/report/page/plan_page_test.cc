@@ -1,4 +1,4 @@
-// A plan's page: its links.
+// Tests the links on a plan's page.
 #include "report/page/plan_page.h"
 
 #include <gmock/gmock.h>

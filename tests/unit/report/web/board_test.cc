@@ -1,5 +1,5 @@
-// The scoreboard of `evalbus web`. Its statistics are computed by `results`, so counts are checked by hand
-// and differences against CompareVerdicts().
+// Tests the scoreboard of `evalbus web`. `results` computes its statistics, so counts are compared with
+// values counted by hand, and differences with CompareVerdicts().
 #include "report/web/board.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Images of an episode's textures and lights, rendered by both painters (EVALBUS_PAINTER).
+// Tests how both painters (EVALBUS_PAINTER) render an episode's textures and lights.
 #include <gtest/gtest.h>
 
 #include <cmath>

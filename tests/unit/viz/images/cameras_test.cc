@@ -1,4 +1,4 @@
-// Every camera of every task shows its subject, which is objects and hands and not the back of a shelf.
+// Tests that every camera of every task shows objects and hands, and not, for example, the back of a shelf.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -14,8 +14,8 @@ namespace evalbus::viz::cameras_test {
 
 constexpr FrameSize kSize{160, 120};
 
-// Least number of the 19,200 pixels of a frame that show an object or a hand. The cubes of 4 cm are the
-// smallest objects.
+// Minimum number of pixels, of a frame's 19,200, that must show an object or a hand. The cubes of 4 cm are
+// the smallest objects.
 constexpr int kObjectPixels = 8;
 constexpr int kHandPixels = 12;
 

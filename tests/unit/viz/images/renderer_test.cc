@@ -140,7 +140,7 @@ TEST_F(RendererTest, GoldenOverlay) {
   ExpectGolden(frame, "overlay_failure");
 }
 
-// A source may not provide what a count requires.
+// A source may lack the data that a count requires.
 TEST(OverlayText, HasOnlyCountsThatAreAvailable) {
   metric_values_t scores{};
   scores.tracks_slippage = scores.tracks_collisions = 1;

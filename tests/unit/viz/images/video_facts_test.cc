@@ -39,7 +39,7 @@ TEST(VideoFacts, AreExplainedByTheCause) {
   EXPECT_EQ(FactsOf(older, {0}, "expert").outcome_s, 1);
 }
 
-// A source may not provide what a count requires.
+// A source may lack the data that a count requires.
 TEST(VideoFacts, CountsThatAreUnavailableHideNoOthers) {
   EpisodeMessages episode = Episode("success", "");
   partial_metrics_t& partial = episode.partials.emplace_back();

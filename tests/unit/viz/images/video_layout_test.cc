@@ -1,4 +1,4 @@
-// Positions of the parts of a video and of a point in a camera's image.
+// Tests the positions of a video's parts and of a point in a camera's image.
 #include "viz/images/video_layout.h"
 
 #include <gtest/gtest.h>

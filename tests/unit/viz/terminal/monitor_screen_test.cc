@@ -174,7 +174,7 @@ TEST_F(MonitorScreenTest, WhatWasCountedIsShownWhereThereIsNoRoomForAll) {
   EXPECT_NE(All(80, 24).find("4 late actions  12 unreachable poses  345 singular poses"), std::string::npos)
       << All(80, 24);
   EXPECT_NE(All(120, 40).find("0 missing ticks  0 refused samples"), std::string::npos) << All(120, 40);
-  // A source may not provide what a count requires.
+  // A source may lack the data that a count requires.
   partial.header.tick = 2;
   partial.extended.action_clips = kUnavailableCount;
   Publish(channels::kPartial, partial);

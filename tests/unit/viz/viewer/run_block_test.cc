@@ -104,7 +104,7 @@ TEST(RunBlock, EpisodesAndLines) {
   EXPECT_EQ(row["time_s"], 2.5);
   EXPECT_EQ(row["text"], "dropped <i>it</i>");
   EXPECT_TRUE(row["video"].is_null());
-  // A source may not provide what a count requires.
+  // A source may lack the data that a count requires.
   summary.metrics.slip_count = summary.metrics.env_collision_count = kUnavailableCount;
   summary.metrics.self_collision_count = 2;
   EXPECT_EQ(RowOf(summary, "lift_pot", "base").slips, 0);

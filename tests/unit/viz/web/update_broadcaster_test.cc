@@ -166,7 +166,7 @@ TEST(UpdateBroadcaster, AListComesInPiecesAndThenWhatIsAdded) {
   ASSERT_EQ(anew.size(), 1u);
   EXPECT_EQ(Head(anew[0])["from"], 0);
   EXPECT_EQ(Head(anew[0])["episodes"].size(), 3u);
-  // If it has become empty, because the run was removed, this is sent, too, but not to the next viewer.
+  // If it has become empty, because the run was removed, this is also sent, but not to the next viewer.
   broadcaster.SetEpisodes(0, 0, {});
   const auto none = TakeAll(&broadcaster, &viewer);
   ASSERT_EQ(none.size(), 1u);

@@ -288,7 +288,7 @@ TEST(ScenePainter, WhatHasChangedIsDrawnAgain) {
   }
   EXPECT_GT(largest, 0);
   EXPECT_LT(largest, 0.5);
-  // Changes colors, switches a light off, and rotates another.
+  // Changes colors, turns a light off, and rotates another.
   stage.model().geom_rgba[4 * 1] = 0.1f;
   expect_right(1);
   EXPECT_GT(stage.last_share(), 0);
