@@ -359,7 +359,7 @@ void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<Ca
     for (size_t k = 0; k < config_.grippers.size(); ++k) {
       const Approach& approach = closings_.approach(o, k);
       if (!approach.left || !approach.is_nearest_object || approach.distance > kReach ||
-          approach.distance > approach.first_distance - Closings::kNear ||
+          approach.distance > approach.farthest - Closings::kNear ||
           approach.closed_distance <= approach.distance + Closings::kNear)
         continue;
       const auto gripper = static_cast<int>(k);
@@ -370,6 +370,50 @@ void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<Ca
                           .object = static_cast<int>(o),
                           .stayed_open = true});
     }
+  }
+}
+
+// Returns the first gripper that should hold an object, came to it, and stayed there open until the end;
+// nullopt if no gripper did.
+std::optional<CauseMoment> CauseFinder::OpenHandAtObject(const std::vector<Unmet>& unmet,
+                                                         int64_t last_tick) const {
+  std::optional<CauseMoment> first;
+  const auto last_share = static_cast<int64_t>(kLastShare * static_cast<double>(last_tick));
+  for (size_t o = 0; o < config_.objects.size(); ++o) {
+    for (size_t k = 0; k < config_.grippers.size(); ++k) {
+      const Approach& approach = closings_.approach(o, k);
+      const auto gripper = static_cast<int>(k);
+      if (last_tick - approach.stay_tick < std::max(last_share, Ticks(kStill)) ||
+          !approach.is_nearest_object || approach.distance > kReach ||
+          approach.distance > approach.farthest - Closings::kNear ||
+          (first && first->tick <= approach.arrival_tick) ||
+          !IsMiss(gripper, approach.arrival_tick, approach.distance, unmet, o))
+        continue;
+      first = CauseMoment{.kind = cause_kind::kEmptyGrasp,
+                          .tick = approach.arrival_tick,
+                          .gripper = gripper,
+                          .object = static_cast<int>(o),
+                          .stayed_open = true};
+    }
+  }
+  return first;
+}
+
+// Adds the falls of objects that a closed gripper pushed from where they were.
+void CauseFinder::AddFalls(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const {
+  for (const CauseHold& hold : holds_.holds()) {
+    const auto object = static_cast<size_t>(hold.object);
+    if (!hold.is_over || hold.was_wide || !HasFallen(hold) || !IsAboutAny(unmet, object)) continue;
+    const bool is_last = std::ranges::none_of(holds_.holds(), [&](const CauseHold& other) {
+      return other.object == hold.object && other.last_tick > hold.last_tick;
+    });
+    if (!is_last) continue;
+    moments->push_back({.kind = cause_kind::kCollision,
+                        .tick = hold.last_tick,
+                        .object = hold.object,
+                        .arm = config_.gripper_arm[hold.gripper],
+                        .entity = config_.object_entity[object],
+                        .fell = true});
   }
 }
 
@@ -426,7 +470,8 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
                         .object = object,
                         .arm = touch.pair.arm,
                         .entity = touch.pair.entity,
-                        .displacement = touch.displacement});
+                        .displacement = touch.displacement,
+                        .is_shut = touch.is_shut && object >= 0 && AsksForHold(static_cast<size_t>(object))});
   }
 }
 
@@ -472,8 +517,9 @@ CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, con
       (end.last_tick - progress <= last_share && !has_stopped)) {
     return {.kind = cause_kind::kOutOfTime, .tick = end.last_tick, .made_progress = progress > 0};
   }
-  const std::optional<CauseMoment> idle = IdleArm(end.last_tick);
-  return idle ? *idle : CauseMoment{.kind = cause_kind::kMissedCondition, .tick = progress};
+  if (const auto idle = IdleArm(end.last_tick)) return *idle;
+  if (const auto open = OpenHandAtObject(unmet, end.last_tick)) return *open;
+  return {.kind = cause_kind::kMissedCondition, .tick = progress};
 }
 
 CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const CauseEnd& end) const {
@@ -482,6 +528,7 @@ CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const Cause
   std::vector<CauseMoment> moments;
   AddLosses(unmet, &moments);
   AddEmptyGrasps(unmet, &moments);
+  AddFalls(unmet, &moments);
   AddCollisions(unmet, end.last_tick, &moments);
   if (moments.empty()) {
     if (end.by == CauseEnd::By::kTime) return MomentWithoutEvent(unmet, end);
@@ -492,8 +539,8 @@ CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const Cause
   // gripper that stayed open may have had nothing to do because of it.
   const auto is_harmless = [&](const CauseMoment& moment) {
     return moment.put_down && std::ranges::any_of(moments, [&](const CauseMoment& other) {
-             return !other.put_down && !other.stayed_open && other.object >= 0 &&
-                    other.object != moment.object;
+             return (!other.put_down || other.tick > moment.tick) && !other.stayed_open &&
+                    other.object >= 0 && other.object != moment.object;
            });
   };
   CauseMoment first = *std::ranges::min_element(

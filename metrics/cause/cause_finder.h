@@ -58,12 +58,14 @@ struct CauseMoment {
   // The gripper put the object down without a fall, in a task that requires its release.
   bool put_down = false;
   bool touches = false;      // a gripper that closed completely touches the object from outside
-  bool stayed_open = false;  // a gripper came to the object and left it without closing
+  bool stayed_open = false;  // a gripper came to the object and did not close
   double lifted = 0;         // m, by how much the object was lifted when it was lost
   // True if the gripper closed again later (tried_again) or held the object again later (held_again).
   bool tried_again = false, held_again = false;
   int lost_again = 0;       // number of later losses of the object by this gripper
   double displacement = 0;  // m
+  bool is_shut = false;     // an arm hit an object that its gripper should hold with the gripper closed
+  bool fell = false;        // a closed gripper pushed the object, which fell
   bool made_progress = true;
 };
 
@@ -128,6 +130,8 @@ class CauseFinder {
   void AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
   bool WasJustHeld(const ArmTouch& touch) const;
   bool IsTouchOfGrasp(const ArmTouch& touch) const;
+  std::optional<CauseMoment> OpenHandAtObject(const std::vector<Unmet>& unmet, int64_t last_tick) const;
+  void AddFalls(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
   void AddCollisions(const std::vector<Unmet>& unmet, int64_t last_tick,
                      std::vector<CauseMoment>* moments) const;
   bool LacksHold(const std::string& gripper) const;
@@ -136,6 +140,7 @@ class CauseFinder {
   CauseMoment MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
   CauseMoment FindMoment(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
   std::string Reason(const CauseMoment& moment, const std::vector<Unmet>& unmet, const CauseEnd& end) const;
+  std::string StillHeld() const;
   std::string Lack(const CauseMoment& moment) const;
   std::string Text(const CauseMoment& moment, const CauseEnd& end) const;
   std::string What(const CauseMoment& moment, const CauseEnd& end) const;

@@ -47,7 +47,8 @@ std::string Listed(const std::vector<condition_t>& conditions) {
 }
 
 // Returns, for example, "height of pot reached 0.997 m, at least 1.096 m is needed", "height of pot reached
-// 1.097 m and was 0.951 m at the end, at least 1.096 m is needed", or "condition not met: left holds pot".
+// 1.097 m and was 0.951 m at the end, at least 1.096 m is needed", "height of pot stayed at 0.996 m, at least
+// 1.096 m is needed", or "condition not met: left holds pot".
 std::string Reached(const condition_t& condition, const BestOfCondition& best) {
   const std::string text = Words(condition.text);
   // The value of `lasts` is a duration. Its text may contain the limit of its operand, for example "at least
@@ -65,8 +66,9 @@ std::string Reached(const condition_t& condition, const BestOfCondition& best) {
     };
     const std::string at_end =
         best.gap == 0 ? " and was " + shown(condition.value_mixed) + " at the end" : "";
-    return fmt::format("{} reached {}{}, {} is needed", quantity, shown(best.value), at_end,
-                       text.substr(at + 1));
+    const bool stayed = best.progress_tick == 0 && shown(best.value) == shown(condition.value_mixed);
+    return fmt::format("{} {} {}{}, {} is needed", quantity, stayed ? "stayed at" : "reached",
+                       shown(best.value), at_end, text.substr(at + 1));
   }
   return "condition not met: " + text;
 }
@@ -84,9 +86,14 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
     return "Success" + at + (list.empty() ? "" : ": " + list);
   }
   if (moment.kind == cause_kind::kLostObject) {
-    std::string text = gripper + (moment.opened ? " let go of " : " lost ") + object + at;
-    if (moment.closing) text += " while closing";
-    if (moment.lifted >= 0.01) text += fmt::format(" after lifting it by {:.2f} m", moment.lifted);
+    std::string text = gripper;
+    text += moment.put_down ? " put down " : moment.opened ? " let go of " : " lost ";
+    text += object + at;
+    if (moment.lifted >= 0.01) {
+      text += fmt::format(" after lifting it by {:.2f} m", moment.lifted);
+    } else if (moment.closing) {
+      text += " while closing";
+    }
     return text;
   }
   if (moment.kind == cause_kind::kEmptyGrasp) {
@@ -99,7 +106,8 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
     const std::string what =
         "the " + (other < std::ssize(config_.arm_entity) ? PartOf(config_.arms[other], "arm")
                                                          : Words(config_.entities[moment.entity]));
-    std::string text = arm + " hit " + what + at;
+    if (moment.fell) return arm + " pushed " + what + at + " and it fell";
+    std::string text = arm + " hit " + what + (moment.is_shut ? " with its gripper closed" : "") + at;
     if (moment.displacement >= 0.01) text += fmt::format(" and pushed it by {:.2f} m", moment.displacement);
     return text;
   }
@@ -112,12 +120,25 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
     return (moment.made_progress ? Capitalized(end_of) : "No progress until " + end_of) + at;
   }
   if (moment.kind == cause_kind::kMissedCondition) {
-    return moment.tick == 0 ? "No progress" : "Last progress" + at;
+    return (moment.tick == 0 ? "No progress" : "Last progress" + at) +
+           (end.last_tick - rest_.since() < Ticks(1) ? ", although the robot kept moving" : "");
   }
   if (moment.kind == cause_kind::kFailedCondition || moment.kind == cause_kind::kCollision) {
     return "Failure" + at + ": " + Listed(end.conditions);
   }
   return Capitalized(Words(moment.kind)) + at + (end.detail.empty() ? "" : ": " + Printable(end.detail));
+}
+
+// Returns, for example, "; right gripper still held the book" for an object that the task requires to be
+// released.
+std::string CauseFinder::StillHeld() const {
+  for (const CauseHold& hold : holds_.holds()) {
+    const auto object = static_cast<size_t>(hold.object);
+    if (!hold.is_over && IsGrasp(hold) && AsksForRelease(object))
+      return "; " + PartOf(config_.grippers[hold.gripper], "gripper") + " still held the " +
+             Words(config_.objects[object]);
+  }
+  return {};
 }
 
 // Returns the unmet success condition that best explains the moment; empty if all are met. Conditions about
@@ -137,7 +158,7 @@ std::string CauseFinder::Lack(const CauseMoment& moment) const {
     const bool is_of_gripper = moment.gripper >= 0 && condition.other == config_.grippers[moment.gripper];
     // How long a condition has been true is less informative than the condition.
     const bool has_number = !std::isnan(candidate.value) && !IsDuration(condition);
-    const int score = 8 * is_about + 4 * has_number + 2 * is_of_gripper + (candidate.gap > 0);
+    const int score = 8 * is_about + 4 * has_number + 2 * is_of_gripper + !candidate.was_met;
     if (score <= highest) continue;
     highest = score;
     chosen = &condition;
@@ -169,6 +190,7 @@ std::string CauseFinder::Text(const CauseMoment& moment, const CauseEnd& end) co
     if (idle && idle->tick == 0 && moment.tick > 0)
       text += "; " + PartOf(config_.arms[idle->arm], "arm") + " never moved";
   }
+  if (moment.kind == cause_kind::kMissedCondition || moment.kind == cause_kind::kStall) text += StillHeld();
   const std::string lack = end.by == CauseEnd::By::kTime ? Lack(moment) : "";
   return text + (lack.empty() ? "" : "; " + lack) + ".";
 }

@@ -9,6 +9,7 @@
 
 #include "lcmtypes/clock.h"
 #include "metrics/cause/cause_sample.h"
+#include "metrics/cause/holds.h"
 
 namespace evalbus::metrics {
 
@@ -30,6 +31,8 @@ struct ArmTouch {
   // Largest distance (m) of the arm's wrist from where it was at the first tick.
   double wrist_travel = 0;
   std::array<double, 3> start{}, wrist_start{};  // positions at the first tick
+  // The arm's gripper was closed completely at the first tick.
+  bool is_shut = false;
 };
 
 // The torques of a joint while its arm has touched nothing for at least kInterruption define the joint's free
@@ -125,6 +128,9 @@ class CauseCollisions {
     }
     ArmTouch touch{
         .pair = pair, .first_tick = sample.tick, .last_tick = sample.tick, .push_tick = sample.tick};
+    for (size_t k = 0; k < config_.gripper_arm.size(); ++k) {
+      if (config_.gripper_arm[k] == pair.arm) touch.is_shut = sample.opening[k] <= Holds::kShut;
+    }
     if (object >= 0) {
       touch.start = sample.object[object];
       touch.wrist_start = sample.wrist[pair.arm];

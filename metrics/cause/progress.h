@@ -20,6 +20,7 @@ struct BestOfCondition {
   double value = NAN;
   // Last tick at which the gap fell by at least kStep of the first gap, or at which the condition held.
   int64_t progress_tick = 0;
+  bool was_met = false;
 };
 
 class ConditionProgress {
@@ -33,7 +34,10 @@ class ConditionProgress {
   void Add(size_t index, int64_t tick, const condition_t& condition, double distance) {
     if (index >= tracks_.size()) tracks_.resize(index + 1);
     Track& track = tracks_[index];
-    if (condition.holds) track.best.progress_tick = tick;
+    if (condition.holds) {
+      track.best.progress_tick = tick;
+      track.best.was_met = true;
+    }
     double gap = distance;
     if (condition.has_value) {
       const double above = condition.value_mixed - condition.threshold_mixed;

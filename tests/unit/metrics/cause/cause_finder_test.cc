@@ -340,7 +340,7 @@ TEST(ReleaseAsRequired, IsNoLoss) {
     std::string kind, text;
   };
   for (const Case& c : {Case{true, false, "missed_condition", "Last progress"},
-                        Case{false, false, "lost_object", "Left gripper let go of the blue"},
+                        Case{false, false, "lost_object", "Left gripper put down the blue"},
                         Case{false, true, "lost_object", "Left gripper lost the red"}}) {
     CauseFinder dut{{.dt = 0.02,
                      .arms = {"left"},
@@ -492,19 +492,94 @@ TEST_F(CauseFinderTest, AGripperComesToTheObjectAndDoesNotClose) {
 TEST_F(CauseFinderTest, AGripperThatStaysAtTheObjectMayStillClose) {
   Move(10);
   wrist_[kRight][0] = 0.6;
-  Move(300);
-  EXPECT_EQ(Find().kind, "missed_condition") << Find().text;
+  Move(50);  // 1 s
+  EXPECT_NE(Find().kind, "empty_grasp") << Find().text;
 }
 
-TEST_F(CauseFinderTest, AGripperThatReturnsToTheObjectMayStillClose) {
+TEST_F(CauseFinderTest, AGripperThatStaysAtTheObjectUntilTheEndDoesNotClose) {
+  Move(10);
+  wrist_[kRight][0] = 0.6;
+  Move(300);
+  Expect(
+      "empty_grasp", 11,
+      "Right gripper came to the kitchen pot at 0.22 s and did not close (0 of 3 stages by then) and never "
+      "tried again; height of kitchen pot stayed at 1.000 m, at least 1.1 m is needed.");
+}
+
+TEST_F(CauseFinderTest, AGripperThatReturnsToTheObjectDoesNotClose) {
   Move(10);
   wrist_[kRight][0] = 0.6;
   Move(5);
   wrist_[kRight][0] = 0.8;
   Move(5);
-  wrist_[kRight][0] = 0.6;
+  wrist_[kRight][0] = 0.6;  // tick 21
   Move(300);
-  EXPECT_EQ(Find().kind, "missed_condition") << Find().text;
+  EXPECT_EQ(Find().kind, "empty_grasp") << Find().text;
+  EXPECT_EQ(Find().tick, 21);
+}
+
+// The pot falls past the closed hand to where it lies at tick 10.
+TEST_F(CauseFinderTest, AFallingObjectDoesNotComeToTheGripper) {
+  dut_.Start();
+  tick_ = -1;
+  closing_ = {0, 1};
+  object_[0] = {0.9, 0, 1};
+  Tick();
+  for (int k = 0; k < 9; ++k) {
+    object_[0][0] -= 0.04;
+    Tick();
+  }
+  object_[0] = {0.5, 0, 1};
+  closing_ = {0, 0};
+  Move(10);
+  wrist_[kRight][0] = 0.6;
+  Move(5);  // up to tick 24
+  wrist_[kRight][0] = 0.8;
+  Move(300);
+  EXPECT_EQ(Find().kind, "empty_grasp") << Find().text;
+  EXPECT_EQ(Find().tick, 24);
+}
+
+// A closed hand pushes the pot twice; the second time, the pot falls.
+TEST_F(CauseFinderTest, AClosedHandPushesTheObjectOffItsSupport) {
+  Move(10);
+  opening_[kRight] = 0;
+  Move(10);
+  touching_[kRight] = 1;
+  Move(20);
+  touching_[kRight] = 0;
+  Move(30);
+  touching_[kRight] = 1;
+  Move(20);  // up to tick 90
+  touching_[kRight] = 0;
+  object_[0][2] = 0.2;
+  Move(300);
+  Expect("collision", 90,
+         "Right arm pushed the kitchen pot at 1.80 s and it fell (1 of 3 stages by then); height of kitchen "
+         "pot stayed at 1.000 m, at least 1.1 m is needed.");
+}
+
+TEST_F(CauseFinderTest, AClosedHandHitsTheObject) {
+  torque_ = {0, 0};
+  Move(20);
+  opening_[kLeft] = 0;
+  contacts_ = {{kLeft, kPot}};
+  torque_[0] = 30;
+  Move(100);
+  const std::string text = Find().text;
+  EXPECT_TRUE(text.starts_with("Left arm hit the kitchen pot with its gripper closed at 0.42 s")) << text;
+}
+
+// The left gripper has held the pot, and the right one never did.
+TEST_F(CauseFinderTest, AConditionThatWasNeverMetLacksBeforeOneThatWas) {
+  conditions_[3] = {Height(), Holding("left"), Holding("right")};
+  object_[0][2] = 1.2;
+  conditions_[3][1].holds = true;
+  Move(10);
+  conditions_[3][1].holds = false;
+  Tick(300);
+  const std::string text = Find().text;
+  EXPECT_TRUE(text.ends_with("condition not met: right gripper touches kitchen pot.")) << text;
 }
 
 // The hand is near the object at the start and only moves away.
