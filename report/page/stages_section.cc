@@ -68,7 +68,7 @@ void Counts(const std::vector<std::pair<std::string, Count>>& counts, Markup* ht
 
 void FailureReasons(const RunSection& section) {
   Heading(section, "Failure reasons", "failures", "Complete episodes without success, by reason.");
-  std::vector<std::pair<std::string, int>> counts = section.run.summary.failure_reasons;
+  std::vector<std::pair<std::string, int>> counts = FailureReasonsOf(section.run.summary);
   for (auto& [reason, count] : counts) reason = end_reason::Text(reason);
   Counts(counts, section.html);
 }
@@ -83,12 +83,12 @@ void Collisions(const RunSection& section) {
 
 void WriteStages(const RunSection& section) {
   const metrics::RunSummary& summary = section.run.summary;
-  if (summary.stages.empty() && summary.failure_reasons.empty() && summary.collisions_per_geom.empty())
-    return;
+  const bool has_failures = !FailureReasonsOf(summary).empty();
+  if (summary.stages.empty() && !has_failures && summary.collisions_per_geom.empty()) return;
   Markup* html = section.html;
   html->Element("section", {{"class", "columns"}}, [&] {
     if (!summary.stages.empty()) html->Element("div", {}, [&] { StageTable(section); });
-    if (!summary.failure_reasons.empty()) html->Element("div", {}, [&] { FailureReasons(section); });
+    if (has_failures) html->Element("div", {}, [&] { FailureReasons(section); });
     if (!summary.collisions_per_geom.empty()) html->Element("div", {}, [&] { Collisions(section); });
   });
 }
