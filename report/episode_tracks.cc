@@ -181,12 +181,15 @@ viz::EpisodeRow RowOf(const results::RecordedEpisode& episode, const results::Re
   row.cause_time = episode.cause.time_s;
   row.cause_text = episode.cause.text;
   for (const auto& [name, value] : episode.result.values) {
-    const int64_t count = std::isfinite(value) ? std::llround(value) : 0;
-    if (name == "slip_count") row.slips = count;
-    if (name.starts_with("extended.grasp_count")) row.grasps += count;
-    if (name == "env_collision_count" || name == "self_collision_count") row.collisions += count;
+    const auto add = [&, number = value](std::optional<int64_t>* sum) {
+      if (std::isfinite(number)) *sum = sum->value_or(0) + std::llround(number);
+    };
+    if (name == "slip_count") add(&row.slips);
+    if (name.starts_with("extended.grasp_count")) add(&row.grasps);
+    if (name == "env_collision_count" || name == "self_collision_count") add(&row.collisions);
   }
-  row.stages = std::ranges::count_if(episode.result.stages, [](const auto& stage) { return stage.second; });
+  for (const auto& [index, is_reached] : episode.result.stages)
+    row.stages = row.stages.value_or(0) + (is_reached ? 1 : 0);
   row.has_track = std::filesystem::exists(EpisodeLog(run.folder, episode.episode));
   return row;
 }

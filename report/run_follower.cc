@@ -40,6 +40,7 @@ void RunFollower::StartAgain() {
   hashes_.clear();
   statistics_ = metrics::RunStatistics();
   info_->episodes.clear();
+  stage_names_.clear();
 }
 
 void RunFollower::ReadInfo() {
@@ -61,7 +62,6 @@ bool RunFollower::ReadLines() {
   struct stat status {};
   if (stat(File().c_str(), &status) != 0) return inode_ == 0 || hashes_.empty();
   const bool is_another = inode_ != 0 && inode_ != status.st_ino;
-  inode_ = status.st_ino;
   if (is_another) {
     // A run sorts episodes.jsonl when it ends, and --resume rewrites the lines that it keeps.
     results::NewLines lines(File());
@@ -79,6 +79,8 @@ bool RunFollower::ReadLines() {
     waiting_ = lines_.Next();
     next_waiting_ = 0;
   }
+  // Not set if reading throws, so that the file is compared at the next attempt.
+  inode_ = status.st_ino;
   return true;
 }
 
@@ -112,7 +114,6 @@ RunFollower::News RunFollower::Update() {
       ReadLines();
       news.is_changed = true;
     }
-    news.from = hashes_.size();
     const size_t end = std::min(waiting_.size(), next_waiting_ + kLinesAtOnce);
     for (; next_waiting_ < end; ++next_waiting_) {
       const std::string& text = waiting_[next_waiting_];
@@ -133,6 +134,8 @@ RunFollower::News RunFollower::Update() {
     news.is_changed |= error_ != error.what();
     error_ = error.what();
   }
+  // Also set after an error, because a viewer removes the rows from this index on.
+  news.from = hashes_.size() - news.rows.size();
   const bool is_over = IsFinished();
   news.is_changed |= !news.rows.empty() || is_over != numbers_.is_over;
   numbers_.is_over = is_over;

@@ -63,7 +63,7 @@ std::string Sentence(const Circumstance& parameter, int tested) {
 
 std::string SentenceOfNone(const RunCircumstances& run) {
   const std::string episodes = Plural(run.episodes.trials, "episode");
-  if (run.episodes.trials == 0) return "No complete episode to test.";
+  if (run.episodes.trials == 0) return "No complete episode with a verdict to test.";
   const std::string all = run.episodes.trials == 1 ? "the only episode" : "all " + episodes;
   if (run.episodes.successes == run.episodes.trials) return "Nothing to explain: " + all + " succeeded.";
   if (run.episodes.successes == 0)

@@ -92,7 +92,8 @@ std::optional<SeedPair> FindSeedPair(const RecordedRuns& runs, const RecordedRun
         const auto other = std::ranges::find(baseline.episodes, episode.seed, &RecordedEpisode::seed);
         if (other == baseline.episodes.end() || (seed && *seed != episode.seed)) continue;
         const SeedPair pair{&run, &baseline, episode.seed, episode.episode, other->episode};
-        if (seed || episode.success != other->success) return pair;
+        const bool has_verdicts = episode.complete && episode.judged() && other->complete && other->judged();
+        if (seed || (has_verdicts && episode.success != other->success)) return pair;
         if (!first) first = pair;
       }
     }

@@ -39,8 +39,8 @@ struct SeedPair {
 };
 
 // Searches all tasks that both have. Returns the first pair with the given seed. Without a seed, returns the
-// first pair in which exactly one episode succeeded or, if there is none, the first pair. nullopt if there is
-// no such pair.
+// first pair in which exactly one episode succeeded and both have a verdict or, if there is none, the first
+// pair. nullopt if there is no such pair.
 std::optional<SeedPair> FindSeedPair(const RecordedRuns& runs, const RecordedRuns& baselines,
                                      std::optional<int64_t> seed);
 

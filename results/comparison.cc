@@ -495,6 +495,7 @@ void AddRemarks(const RecordedRuns& runs, std::vector<std::string>* remarks) {
     const std::string& name = runs.is_suite ? run.name : runs.name;
     for (const std::string& remark : run.Remarks()) named.Add(name, remark);
   }
+  for (const std::string& missing : runs.missing) named.Add(runs.name + "/" + missing, "no finished episode");
   named.AddTo(remarks);
 }
 

@@ -179,6 +179,9 @@ Gate Decide(const RecordedRuns& run, const RecordedRuns& baseline, const GateOpt
       throw InputError(fmt::format("{} is not in {}: a gate requires all tasks of the baseline",
                                    other.task_name(), run.name));
   }
+  if (!baseline.missing.empty())
+    throw InputError(fmt::format("{}/{} has no finished episode: a gate requires all tasks of the baseline",
+                                 baseline.name, baseline.missing.front()));
   if (comparison.success.trials == 0) throw InputError("no pair of complete episodes with equal seeds");
   Gate gate{.run = comparison.run.name,
             .baseline = comparison.baseline.name,

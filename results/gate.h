@@ -81,9 +81,9 @@ struct Gate {
 };
 
 // Throws InputError if the runs cannot be compared (as CompareVerdicts() does), have no equal seeds, or if
-// the run lacks a task of the baseline. Also throws it if a run was not simulated, has no complete episode,
-// contains only collected demonstrations, or stopped depending on its results. The same holds if a metric of
-// `on` is unknown or has no better direction.
+// the run lacks a task of the baseline or the baseline has a task without a finished episode. Also throws it
+// if a run was not simulated, has no complete episode, contains only collected demonstrations, or stopped
+// depending on its results. The same holds if a metric of `on` is unknown or has no better direction.
 Gate Decide(const RecordedRuns& run, const RecordedRuns& baseline, const GateOptions& options);
 
 // Formats a bound of a loss with enough decimals to be compared with the margin, and its unit, for example

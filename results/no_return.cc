@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/json_file.h"
+#include "base/number_from.h"
 #include "base/write_whole.h"
 #include "results/run_folder.h"
 
@@ -73,7 +74,11 @@ NoReturns ReadNoReturns(const fs::path& run) {
   if (!fs::exists(file)) return points;
   const auto json = ReadJsonFile(file);
   try {
-    for (const auto& [key, point] : json.items()) points[std::stoi(key)] = ReadPoint(point);
+    for (const auto& [key, point] : json.items()) {
+      const auto episode = NumberFrom<int>(key);
+      if (!episode) throw InputError("\"" + key + "\" is not the number of an episode");
+      points[*episode] = ReadPoint(point);
+    }
   } catch (const std::exception& error) {
     throw InputError(file.string() +
                      ": expected points by episode, as 'evalbus why' writes them: " + error.what());

@@ -23,22 +23,28 @@ const RecordedEpisode* FindEpisode(const RecordedRun& run, int episode) {
 }
 
 // Returns the run with the verdicts of one operator instead of the automatic verdicts. Episodes on which the
-// operator abstained or gave no verdict are omitted.
+// operator abstained or gave no verdict are omitted. The result has nothing that causes a remark on automatic
+// results, such as invalid episodes (RecordedRun::Remarks()).
 RecordedRun ByOperator(const RecordedRun& original, const std::vector<Verdict>& verdicts,
                        const std::string& operator_name) {
   RecordedRun run = original;
   run.episodes.clear();
+  run.unfinished.clear();
+  run.cut_line = 0;
   for (const Verdict& verdict : verdicts) {
     const RecordedEpisode* recorded = FindEpisode(original, verdict.episode);
     if (!recorded || verdict.operator_name != operator_name || verdict.outcome == Outcome::kAbstain) continue;
     RecordedEpisode episode = *recorded;
     episode.complete = episode.result.complete = true;
-    episode.result.invalid = false;
+    episode.result.invalid = episode.result.decided_at_start = false;
+    if (episode.invalid()) episode.end_reason = "operator";
     episode.success = episode.result.success = verdict.outcome == Outcome::kSuccess;
     episode.failure_reason = episode.result.failure_reason = episode.success ? "" : "operator";
     run.episodes.push_back(std::move(episode));
   }
   std::ranges::sort(run.episodes, {}, &RecordedEpisode::episode);
+  run.info.erase("only");
+  run.planned = static_cast<int>(run.episodes.size());
   return run;
 }
 

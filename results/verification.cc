@@ -205,8 +205,13 @@ void VerifyHashes(const fs::path& folder, Verification* result) {
 
 void VerifyNumbers(const fs::path& folder, Verification* result) {
   CheckFolderKind(folder);
-  if (fs::exists(folder / kRunJson)) CheckRun(folder, result);
-  if (fs::exists(folder / kSuiteJson)) CheckSuite(folder, result);
+  try {
+    if (fs::exists(folder / kRunJson)) CheckRun(folder, result);
+    if (fs::exists(folder / kSuiteJson)) CheckSuite(folder, result);
+  } catch (const nlohmann::json::exception& error) {
+    AddFinding(result, fmt::format("{}: a JSON file has a value of an unexpected type: {}", folder.string(),
+                                   error.what()));
+  }
   for (const std::string& below : ContentsOf(folder).folders) VerifyNumbers(folder / below, result);
 }
 

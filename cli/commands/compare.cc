@@ -145,8 +145,6 @@ int Compare(const CompareOptions& options) {
   std::vector<results::RecordedRuns> runs;
   for (const fs::path& folder : options.runs) runs.push_back(results::ReadForComparison(folder));
   results::NameApart(&runs);
-  if (!options.video.empty() && runs.size() != 2)
-    throw InputError(fmt::format("--video: expected two runs or suites, got {}", runs.size()));
   if (!options.video.empty()) viz::CheckVideoEnding(options.video.extension().string());
   if (options.seed && options.video.empty()) throw InputError("--seed requires --video");
   if (options.timing != viz::VideoTiming() && options.video.empty()) {
@@ -158,8 +156,15 @@ int Compare(const CompareOptions& options) {
                     {"--latex", options.latex},
                     {"--report", options.report},
                     {"--video", options.video}});
-  const results::RecordedRuns baseline = results::RemoveBaseline(options.baseline, &runs);
+  results::RecordedRuns baseline = results::RemoveBaseline(options.baseline, &runs);
   if (runs.empty()) throw InputError("expected two or more runs, got only " + baseline.folder.string());
+  if (!options.video.empty() && runs.size() != 1)
+    throw InputError(fmt::format("--video: expected two runs or suites, got {}", runs.size() + 1));
+  // A baseline that is only named by --baseline may have the name of a run.
+  runs.push_back(std::move(baseline));
+  results::NameApart(&runs);
+  baseline = std::move(runs.back());
+  runs.pop_back();
   std::vector<const results::RecordedRuns*> all = {&baseline};
   for (const results::RecordedRuns& run : runs) all.push_back(&run);
   if (!options.across_engines) results::CheckSameEngine(all);

@@ -155,6 +155,8 @@ int ExportTable(const ExportOptions& options) {
   for (const results::RecordedRun& run : runs.runs) {
     for (const std::string& remark : run.Remarks()) fmt::print(words, "note: {}: {}\n", run.name, remark);
   }
+  for (const std::string& missing : runs.missing)
+    fmt::print(words, "note: {}/{}: no finished episode\n", runs.name, missing);
   return 0;
 }
 

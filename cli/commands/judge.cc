@@ -21,6 +21,8 @@ namespace {
 
 struct JudgeCommandOptions {
   report::JudgeOptions judge;
+  // The option --seed.
+  CLI::Option* seed = nullptr;
   // JSON file to write; empty: none.
   std::filesystem::path json;
 };
@@ -30,6 +32,8 @@ int JudgeRuns(const JudgeCommandOptions& options) {
     throw InputError(fmt::format("expected one run, or two runs of the same task, got {} runs",
                                  options.judge.runs.size()));
   }
+  if (options.seed->count() > 0 && options.judge.runs.size() != 2)
+    throw InputError("--seed requires two runs: the episodes of one run are shown in their own order");
   // The run of a parent process may not have begun yet.
   for (const auto& folder : options.judge.runs) {
     if (!options.judge.is_child) results::CheckRunFolder(folder);
@@ -57,17 +61,21 @@ Action AddJudge(CLI::App* app) {
          "folder of a run, finished or active; or two finished runs of one task with equal seeds, whose\n"
          "episodes are shown in random order, without the policies' names")
       ->required();
-  app->add_option("--operator", judge.operator_name,
-                  "name of the person who judges; without it, the results so far are printed")
-      ->check(NotEmpty())
-      ->type_name("NAME");
-  app->add_option("--seed", judge.seed, "seed of the order in which the episodes of two runs are shown")
-      ->capture_default_str();
+  CLI::Option* const by =
+      app->add_option("--operator", judge.operator_name,
+                      "name of the person who judges; without it, the results so far are printed")
+          ->check(NotEmpty())
+          ->type_name("NAME");
+  options->seed =
+      app->add_option("--seed", judge.seed, "seed of the order in which the episodes of two runs are shown")
+          ->needs(by)
+          ->capture_default_str();
   app->add_option("--json", options->json, "also write the results to this file, as JSON")
       ->type_name("FILE")
       ->check(CheckOutputFile);
   app->add_option("--port", judge.port,
-                  "port to listen on; 0: any free port; default: 8080, or any free port if it is in use");
+                  "port to listen on; 0: any free port; default: 8080, or any free port if it is in use")
+      ->needs(by);
   app->add_flag(report::kWebChildOption, judge.is_child)->group("");
   return [options] { return JudgeRuns(*options); };
 }

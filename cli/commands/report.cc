@@ -60,9 +60,9 @@ void AddOptions(CLI::App* app, ReportOptions* options) {
 // EnvironmentError.
 int WriteReport(const ReportOptions& options) {
   if (fs::exists(options.run / kPlanJson)) {
-    if (!options.out.empty() || !options.episodes.empty()) {
+    if (!options.out.empty() || !options.episodes.empty() || options.megabytes != report::kPageMegabytes) {
       throw InputError(options.run.string() +
-                       ": a plan, whose page is always its report.html; -o requires a run or "
+                       ": a plan, whose page is always its report.html; -o and --mb require a run or "
                        "suite, --episode a run");
     }
     const plans::PlanFolder folder(options.run);

@@ -15,7 +15,7 @@ namespace evalbus::report {
 namespace {
 
 const char* OutcomeSign(const results::RecordedEpisode& episode) {
-  return !episode.complete ? "–" : episode.success ? "✓" : "✗";
+  return !episode.complete || !episode.judged() ? "–" : episode.success ? "✓" : "✗";
 }
 
 bool HasReason(const results::RecordedEpisode& episode) {

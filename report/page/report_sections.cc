@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include "lcmtypes/end_reason.h"
+
 namespace evalbus::report {
 namespace {
 
@@ -26,12 +28,18 @@ double MeanOf(const ReportRun& run, const std::string& metric) {
   return summary ? summary->mean : kNaN;
 }
 
+std::vector<std::pair<std::string, int>> FailureReasonsOf(const metrics::RunSummary& summary) {
+  auto reasons = summary.failure_reasons;
+  std::erase_if(reasons, [](const auto& entry) { return entry.first == end_reason::kNotJudged; });
+  return reasons;
+}
+
 const std::string& WhyOf(const results::RecordedEpisode& episode) {
   return episode.cause.text.empty() ? episode.explanation : episode.cause.text;
 }
 
 const char* Outcome(const results::RecordedEpisode& episode) {
-  return !episode.complete ? "incomplete" : episode.success ? "good" : "bad";
+  return !episode.complete || !episode.judged() ? "incomplete" : episode.success ? "good" : "bad";
 }
 
 }  // namespace evalbus::report

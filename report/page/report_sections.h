@@ -3,6 +3,8 @@
 
 #include <initializer_list>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "report/page/markup.h"
 #include "report/page/report_page.h"
@@ -38,7 +40,11 @@ double MeanOf(const ReportRun& run, const std::string& metric);
 // explanation.
 const std::string& WhyOf(const results::RecordedEpisode& episode);
 
-// Returns the CSS class of an episode's outcome: "good", "bad" or "incomplete".
+// Returns the reasons of failed episodes and their counts, without the episodes that were not judged.
+std::vector<std::pair<std::string, int>> FailureReasonsOf(const metrics::RunSummary& summary);
+
+// Returns the CSS class of an episode's outcome: "good", "bad" or, for an episode that is not complete or was
+// not judged, "incomplete".
 const char* Outcome(const results::RecordedEpisode& episode);
 
 // Writes sentences on success rate, failures and exclusions, the main numbers, and one square per episode.

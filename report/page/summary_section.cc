@@ -29,8 +29,7 @@ std::string RateSentence(const metrics::RunSummary& summary) {
 
 std::string FailureSentence(const metrics::RunSummary& summary) {
   std::string list;
-  for (const auto& [reason, count] : summary.failure_reasons) {
-    if (reason == end_reason::kNotJudged) continue;
+  for (const auto& [reason, count] : FailureReasonsOf(summary)) {
     list += fmt::format("{}{} ({})", list.empty() ? "" : ", ", end_reason::Text(reason), count);
   }
   std::string text = list.empty() ? "" : "Failures: " + list + ".";
@@ -41,10 +40,11 @@ std::string FailureSentence(const metrics::RunSummary& summary) {
 
 // Draws the failure reasons as bars, the most frequent first.
 void FailureBars(const metrics::RunSummary& summary, Markup* html) {
-  if (summary.failure_reasons.empty()) return;
+  const auto reasons = FailureReasonsOf(summary);
+  if (reasons.empty()) return;
   html->Element("table", {{"class", "bars"}}, [&] {
     html->Element("tbody", {}, [&] {
-      for (const auto& [reason, count] : summary.failure_reasons) {
+      for (const auto& [reason, count] : reasons) {
         html->Element("tr", {}, [&] {
           html->Element("th", {{"scope", "row"}}, end_reason::Text(reason));
           html->Element("td", {{"class", "bar"}}, [&, count = count] {
@@ -130,6 +130,7 @@ void Strip(const RunSection& section) {
     LegendKey("good", "success", html);
     LegendKey("bad", "no success", html);
     if (run.summary.complete < run.summary.episodes) LegendKey("incomplete", "not complete", html);
+    if (run.summary.judged < run.summary.complete) LegendKey("incomplete", "not judged", html);
     if (const size_t size = ColumnsPerSquare(columns.size()); size > 1) {
       html->Text(fmt::format("{} episodes per square", size));
     }

@@ -8,6 +8,7 @@
 #include "base/run_layout.h"
 #include "bus/event_log.h"
 #include "bus/message.h"
+#include "results/no_return.h"
 #include "results/notes.h"
 #include "viz/viewer/scene_blocks.h"
 
@@ -126,8 +127,11 @@ viz::WebAnswer WebJobs::MakeEpisode(const Key& key) {
   }
   const fs::path log = folder.empty() ? fs::path() : EpisodeLog(folder, episode);
   std::error_code error;
-  const auto time = fs::last_write_time(log, error);
+  fs::file_time_type time = fs::last_write_time(log, error);
   if (error) return viz::WebAnswer::Text(404, "no log of this episode");
+  // The block contains the point of no return.
+  if (const auto points = fs::last_write_time(folder / results::kNoReturnJson, error); !error)
+    time = std::max(time, points);
   viz::WebAnswer answer;
   answer.type = "application/octet-stream";
   {

@@ -57,7 +57,7 @@ class WebJobs {
   };
   struct Kept {
     Key key;
-    // Modification time of the log from which the block was made.
+    // Modification time of the newest file from which the block was made: the log or no_return.json.
     std::filesystem::file_time_type time;
     viz::SharedBytes block;
   };

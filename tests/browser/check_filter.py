@@ -25,14 +25,16 @@ ROWS = [
      "complete": True, "failure_reason": "wrong_pose", "end_reason": "time_limit", "time_s": 30, "slips": 0, "grasps": 1, "text": ""},
     {"episode": 3, "seed": 10, "policy": "noisy", "task": "stack", "variation": "base", "success": False,
      "complete": False, "failure_reason": "", "end_reason": "server_error", "time_s": None, "slips": 1, "grasps": 0, "text": ""},
-    {"episode": 4, "seed": 11, "policy": "robot", "task": "open_door", "variation": "base", "success": False,
-     "complete": True, "failure_reason": "not_judged", "end_reason": "time_limit", "time_s": 40, "slips": 0, "grasps": 0, "text": ""},
+    {"episode": 4, "seed": 11, "policy": 'my "robot"', "task": "open_door", "variation": "base", "success": False,
+     "complete": True, "failure_reason": "not_judged", "end_reason": "time_limit", "time_s": 40, "slips": None, "grasps": None, "text": ""},
 ]
 
 ACCEPTED = {
     "": [0, 1, 2, 3, 4],
     "   ": [0, 1, 2, 3, 4],
     "slips>0": [1, 3],
+    "slips=0": [0, 2],  # not an unknown number
+    'policy="my robot"': [4],
     "slips > 0 and time<25": [1],
     "slips>0 time<25": [1],
     "time<6": [0],

@@ -167,16 +167,17 @@ EpisodeRow RowOf(const episode_summary_t& summary, const std::string& task, cons
   row.text = summary.explanation.text;
   row.cause_time = summary.cause.time_s;
   row.cause_text = summary.cause.text;
-  const auto counted = [](int64_t count) { return count == kUnavailableCount ? 0 : count; };
-  row.slips = counted(summary.metrics.slip_count);
+  const auto add = [](int64_t count, std::optional<int64_t>* sum) {
+    if (count != kUnavailableCount) *sum = sum->value_or(0) + count;
+  };
+  add(summary.metrics.slip_count, &row.slips);
   const extended_metrics_t& extended = summary.extended;
   for (size_t k = 0; k < extended.name.size() && k < extended.value_mixed.size(); ++k) {
-    if (extended.name[k].starts_with("grasp_count")) row.grasps += std::llround(extended.value_mixed[k]);
+    if (extended.name[k].starts_with("grasp_count")) add(std::llround(extended.value_mixed[k]), &row.grasps);
   }
-  row.collisions =
-      counted(summary.metrics.env_collision_count) + counted(summary.metrics.self_collision_count);
-  row.stages =
-      std::ranges::count_if(summary.metrics.stage_reached, [](auto is_reached) { return is_reached; });
+  add(summary.metrics.env_collision_count, &row.collisions);
+  add(summary.metrics.self_collision_count, &row.collisions);
+  for (const auto is_reached : summary.metrics.stage_reached) add(is_reached ? 1 : 0, &row.stages);
   return row;
 }
 
@@ -185,6 +186,9 @@ std::string EpisodesBlock(int run, size_t from, const std::vector<EpisodeRow>& r
   block.head()["run"] = run;
   block.head()["from"] = from;
   Json& list = block.head()["episodes"] = Json::array();
+  const auto count_or_null = [](const std::optional<int64_t>& count) {
+    return count ? Json(*count) : Json();
+  };
   for (const EpisodeRow& row : rows) {
     list.push_back({{"episode", row.episode},
                     {"seed", row.seed},
@@ -198,10 +202,10 @@ std::string EpisodesBlock(int run, size_t from, const std::vector<EpisodeRow>& r
                     {"text", row.text},
                     {"cause_time_s", row.cause_text.empty() ? Json() : Json(row.cause_time)},
                     {"cause_text", row.cause_text.empty() ? Json() : Json(row.cause_text)},
-                    {"slips", row.slips},
-                    {"grasps", row.grasps},
-                    {"collisions", row.collisions},
-                    {"stages", row.stages},
+                    {"slips", count_or_null(row.slips)},
+                    {"grasps", count_or_null(row.grasps)},
+                    {"collisions", count_or_null(row.collisions)},
+                    {"stages", count_or_null(row.stages)},
                     {"has_track", row.has_track},
                     {"video", row.video.empty() ? Json() : Json(row.video)}});
   }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -60,8 +61,9 @@ struct EpisodeRow {
   // versions before 0.3.
   double cause_time = 0;  // s
   std::string cause_text;
-  // Counts of the episode. stages: number of stages that were reached.
-  int64_t slips = 0, grasps = 0, collisions = 0, stages = 0;
+  // Counts of the episode; nullopt if the source does not provide what a count requires. stages: number of
+  // stages that were reached.
+  std::optional<int64_t> slips, grasps, collisions, stages;
   // True if the ticks of the episode can be shown.
   bool has_track = true;
   // URL of a video, relative to the page; empty if there is none.

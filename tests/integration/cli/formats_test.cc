@@ -160,4 +160,20 @@ TEST_F(FormatsTest, Compare) {
             "b (expert)\n");
 }
 
+// A baseline that is only named by --baseline is a further run.
+TEST_F(FormatsTest, CompareWithABaselineOutsideTheRuns) {
+  const fs::path other = folder_->path() / "other/a", json = folder_->path() / "alike.json";
+  fs::create_directories(other.parent_path());
+  fs::copy(B(), other, fs::copy_options::recursive);
+  ASSERT_EQ(RunProgram({"evalbus", "compare", A(), "--baseline", other, "--json", json}).code, 0);
+  const auto comparison = nlohmann::ordered_json::parse(ReadText(json));
+  EXPECT_NE(comparison["baseline"]["name"], comparison["comparisons"][0]["name"]);
+
+  const fs::path video = folder_->path() / "video.gif";
+  const Result three = RunProgram({"evalbus", "compare", A(), B(), "--baseline", other, "--video", video});
+  EXPECT_EQ(three.code, 1);
+  EXPECT_EQ(three.err, "error: --video: expected two runs or suites, got 3\n");
+  EXPECT_FALSE(fs::exists(video));
+}
+
 }  // namespace evalbus::formats_test

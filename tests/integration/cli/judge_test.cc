@@ -130,6 +130,13 @@ TEST_F(Judge, AnInterruptedSessionContinuesAndRevealsAtTheEnd) {
   const Result printed = RunProgram({"evalbus", "judge", a_, b_});
   EXPECT_EQ(printed.code, 0) << printed.err;
   EXPECT_NE(program->out().find(printed.out), std::string::npos) << printed.out;
+  // Options without an effect are refused.
+  const Result unseeded = RunProgram({"evalbus", "judge", a_, b_, "--seed", "1"});
+  EXPECT_EQ(unseeded.code, 1);
+  EXPECT_NE(unseeded.err.find("--seed requires --operator"), std::string::npos) << unseeded.err;
+  const Result single = RunProgram({"evalbus", "judge", a_, "--operator", "bob", "--seed", "1"});
+  EXPECT_EQ(single.code, 1);
+  EXPECT_NE(single.err.find("--seed requires two runs"), std::string::npos) << single.err;
   ASSERT_EQ(RunProgram({"evalbus", "report", a_, "--out", folder_.path() / "a.html", "--mb", "0"}).code, 0);
   EXPECT_NE(ReadText(folder_.path() / "a.html").find("Operator ann: success in "), std::string::npos);
   // Verdicts are not among the files that `verify` checks.

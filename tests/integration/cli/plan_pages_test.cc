@@ -88,6 +88,10 @@ TEST_F(PlanPages, OneThatStopsIsResumedAndVerified) {
   EXPECT_EQ(ReadText(file), stops);
   EXPECT_EQ(ReadText(results_ / "expert/summary.json"), summary);
 
+  const Result sized = RunProgram({"evalbus", "report", results_, "--mb", "0"});
+  EXPECT_EQ(sized.code, 1);
+  EXPECT_THAT(sized.err, HasSubstr("--mb require a run or suite"));
+
   Result verified = RunProgram({"evalbus", "verify", results_});
   EXPECT_EQ(verified.code, 0) << verified.out;
   const int lost = nlohmann::json::parse(stops)[0]["only_baseline"];

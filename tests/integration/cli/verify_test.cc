@@ -108,6 +108,13 @@ TEST_F(Verify, AnEditedNumberIsNamed) {
   EXPECT_SAYS(result.out, "1 finding: ");
 }
 
+TEST_F(Verify, AValueOfAnotherTypeIsNamed) {
+  Replace(run_ / "run.json", "\"git_commit\": \"", "\"git_commit\": 5, \"other_commit\": \"");
+  const Result result = Of(run_);
+  EXPECT_EQ(result.code, 1);
+  EXPECT_SAYS(result.out, run_.string() + ": a JSON file has a value of an unexpected type: ");
+}
+
 // A run whose failures are removed from its results must not be verified.
 TEST_F(Verify, ARemovedLineIsNamed) {
   std::string lines = ReadText(run_ / "episodes.jsonl");

@@ -1,5 +1,5 @@
-// Tests evalbus web with a run that has one log that cannot be opened, as on a file system that does not
-// respond.
+// Tests how evalbus web reads the logs of a run, also if one log cannot be opened, as on a file system that
+// does not respond.
 #include <signal.h>
 #include <sys/stat.h>
 
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/run_layout.h"
+#include "results/no_return.h"
 #include "tests/integration/harness.h"
 #include "tests/unit/viz/web/web_client.h"
 
@@ -44,6 +45,15 @@ TEST_F(WebLogs, OneThatHangsHoldsUpNoOtherAndNotTheEnd) {
   server_->Signal(SIGINT);
   EXPECT_EQ(server_->Wait(), 0) << server_->err();
   hanging.get();
+}
+
+// The page shows the points that `evalbus why` finds while the server is running.
+TEST_F(WebLogs, APointOfNoReturnIsShownAfterItsEpisodeWasRead) {
+  constexpr char kPoint[] = "Point of no return at 0.06 s";
+  EXPECT_EQ(Ask(0).find(kPoint), std::string::npos);
+  results::AddNoReturns(
+      run_, {{0, {.kind = results::NoReturn::Kind::kLost, .tick = 3, .time_s = 0.06, .is_monotone = true}}});
+  EXPECT_NE(Ask(0).find(kPoint), std::string::npos);
 }
 
 }  // namespace evalbus::web_logs_test

@@ -158,6 +158,37 @@ TEST_F(Followed, AnotherRunMayTakeTheFolder) {
   EXPECT_EQ(follower_.numbers().successes, 0);
 }
 
+TEST_F(Followed, StageNamesAreThoseOfThePresentRun) {
+  const auto line = [](const nlohmann::ordered_json& stages, const nlohmann::ordered_json& names) {
+    nlohmann::ordered_json result = results::EpisodeLine(0, true, {{"task_stage_reached", stages}});
+    result["stage_names"] = names;
+    return result.dump() + "\n";
+  };
+  Append(line({{"1", true}, {"2", true}}, {{"1", "pot_held"}, {"2", "pot_lifted"}}));
+  follower_.Update();
+  WriteAnew(line({{"1", true}}, {{"1", "pot_touched"}}));
+  follower_.Update();
+  EXPECT_THAT(follower_.stage_names(), ElementsAre(std::pair(1, "pot_touched")));
+}
+
+// A viewer keeps the rows before News::from.
+TEST_F(Followed, AFileThatCannotBeReadKeepsTheRows) {
+  Append(Line(0, true) + Line(1, true));
+  follower_.Update();
+  std::filesystem::rename(run_ / kEpisodesJsonl, run_ / "kept");
+  std::filesystem::create_directory(run_ / kEpisodesJsonl);
+  RunFollower::News news = follower_.Update();
+  EXPECT_NE(follower_.error(), "");
+  EXPECT_EQ(news.from, 2u);
+  EXPECT_EQ(news.rows.size(), 0u);
+  std::filesystem::remove(run_ / kEpisodesJsonl);
+  std::filesystem::rename(run_ / "kept", run_ / kEpisodesJsonl);
+  Append(Line(2, true));
+  news = follower_.Update();
+  EXPECT_EQ(news.from, 2u);
+  EXPECT_THAT(Numbers(news), ElementsAre(2));
+}
+
 TEST_F(Followed, ALongListComesInPieces) {
   std::string lines;
   constexpr int kMany = 2 * static_cast<int>(RunFollower::kLinesAtOnce) + 7;

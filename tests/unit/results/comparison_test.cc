@@ -922,7 +922,10 @@ TEST_F(CompareTest, SuitesByTask) {
   EXPECT_DOUBLE_EQ(result.tasks[0].success.p_adjusted, 4.0 / 32);
   EXPECT_NE(ComparisonText(result, false).find("lift_pot/base"), std::string::npos);
   b.runs.pop_back();
-  EXPECT_EQ(CompareRuns(b, suite("a", 3)).remarks[0], "lift_pot/base is not in b: excluded");
+  b.missing = {"lift_pot-base"};
+  const std::vector<std::string> remarks = CompareRuns(b, suite("a", 3)).remarks;
+  EXPECT_EQ(remarks.front(), "lift_pot/base is not in b: excluded");
+  EXPECT_THAT(remarks, Contains("b/lift_pot-base: no finished episode"));
 }
 
 // Five pairs that only one policy wins have p = 2 / 32.

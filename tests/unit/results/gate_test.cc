@@ -285,4 +285,14 @@ TEST_F(GateTest, ATaskThatTheRunLacksIsRefused) {
               HasSubstr("lift_pot/base is not in a: a gate requires all tasks of the baseline"));
 }
 
+TEST_F(GateTest, ATaskWithoutAFinishedEpisodeIsRefused) {
+  for (const std::string name : {"a", "b"}) {
+    Of(name + "/position", 60, 60);
+    WriteRun(folder_.path() / name / "base", Info(60), {});
+    WriteFile(folder_.path() / name / "suite.json", R"({"runs": ["position", "base"]})");
+  }
+  EXPECT_THAT(RefusalOf(ReadRuns(folder_.path() / "a"), ReadRuns(folder_.path() / "b")),
+              HasSubstr("b/base has no finished episode: a gate requires all tasks of the baseline"));
+}
+
 }  // namespace evalbus::results::gate_test

@@ -10,6 +10,7 @@ namespace evalbus::results::operator_results_test {
 using testing::DoubleEq;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing::Optional;
 using testing::StartsWith;
 
@@ -110,6 +111,23 @@ TEST_F(OperatorResultsTest, TwoRunsAreComparedByTheOperatorsVerdicts) {
   EXPECT_THAT(lines.rbegin()[2], StartsWith("  No difference shown between b and a: -44.4 points"));
   const auto json = JudgmentJson({a, b});
   EXPECT_EQ(json["comparisons"][0]["comparison"]["comparisons"][0]["success"]["p"], 0.125);
+}
+
+// The verdicts of the operator cover three episodes of each run, all of which count.
+TEST_F(OperatorResultsTest, ComparisonsHaveNoRemarksOnAutomaticResults) {
+  const JudgedRun a = Judged("a", First(5, 10), "sss");
+  JudgedRun b = Judged("b", First(5, 10), "sff");
+  b.run.info["only"] = {0, 1, 2, 3};
+  b.run.unfinished = {4};
+  b.run.cut_line = 5;
+  RecordedEpisode& invalid = b.run.episodes[0];
+  invalid.complete = invalid.result.complete = false;
+  invalid.end_reason = "server_error";
+  b.run.episodes[1].result.decided_at_start = true;
+  const auto comparison = CompareByOperator(b, a, "ann");
+  ASSERT_TRUE(comparison);
+  EXPECT_EQ(comparison->success.trials, 3);
+  EXPECT_THAT(comparison->remarks, IsEmpty());
 }
 
 TEST_F(OperatorResultsTest, RunsWithoutAPairOfVerdictsAreNotCompared) {

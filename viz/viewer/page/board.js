@@ -122,9 +122,10 @@ Evalbus.Board = class {
     if (!against || against.remark || against.difference === null) return "–";
     const [lower, upper] = against.interval;
     // The rounding is the same as in results/conclusion.cc.
-    const isNarrow = upper - lower < 0.02, points = (share) => Evalbus.points(share, isNarrow ? 1 : 0);
+    const excludes0Closely = (lower > 0 || upper < 0) && Math.min(Math.abs(lower), Math.abs(upper)) < 0.005;
+    const isFine = upper - lower < 0.02 || excludes0Closely, points = (share) => Evalbus.points(share, isFine ? 1 : 0);
     const { policies, baseline } = this.head;
-    const decimals = isNarrow ? 1 : Evalbus.pointDecimals(against.difference, policies[k].all.rate, policies[baseline].all.rate);
+    const decimals = isFine ? 1 : Evalbus.pointDecimals(against.difference, policies[k].all.rate, policies[baseline].all.rate);
     const word = against.judgment || (this.head.is_over && !this.head.is_sequential ? "not shown to differ" : "so far");
     // The number of pairs is given, because the rates next to the difference cover all episodes of each policy.
     const only = against.paired && against.trials < this.head.policies[k].all.judged ? `; over ${against.trials.toLocaleString("en")} ${against.trials === 1 ? "pair" : "pairs"}` : "";

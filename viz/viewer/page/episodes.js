@@ -158,9 +158,9 @@ Evalbus.Episodes.COLUMNS = [
   { name: "episode", title: "episode", value: (row) => row.episode, text: (row) => String(row.episode) },
   { name: "reason", title: "reason", value: Evalbus.FILTER_TEXTS.reason, text: (row) => Evalbus.reasonText(Evalbus.FILTER_TEXTS.reason(row)) },
   { name: "time", title: "end", value: (row) => row.time_s, text: (row) => Evalbus.seconds(row.time_s) },
-  { name: "slips", title: "slips", value: (row) => row.slips, text: (row) => String(row.slips) },
-  { name: "grasps", title: "grasps", value: (row) => row.grasps, text: (row) => String(row.grasps) },
-  { name: "stages", title: "stages", value: (row) => row.stages, text: (row) => String(row.stages) },
+  { name: "slips", title: "slips", value: (row) => row.slips, text: (row) => Evalbus.number(row.slips) },
+  { name: "grasps", title: "grasps", value: (row) => row.grasps, text: (row) => Evalbus.number(row.grasps) },
+  { name: "stages", title: "stages", value: (row) => row.stages, text: (row) => Evalbus.number(row.stages) },
   { name: "text", title: "note, cause", value: (row) => row.note || "",
     text: (row) => (row.note ? `✎ ${Evalbus.words(row.note)}` : Evalbus.words(row.cause_text || row.text)) },
 ];

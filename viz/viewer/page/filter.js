@@ -23,8 +23,9 @@ Evalbus.FilterError = class extends Error {
   }
 };
 
-// Normalizes a text for comparisons, which ignore case and the difference between "_" and " ".
-Evalbus.plainText = (text) => String(text === null || text === undefined ? "" : text).toLowerCase().replace(/_/g, " ");
+// Normalizes a text for comparisons, which ignore case, quotation marks (a filter cannot contain them, see filterValue), and
+// the difference between "_" and " ".
+Evalbus.plainText = (text) => String(text === null || text === undefined ? "" : text).toLowerCase().replace(/_/g, " ").replace(/"/g, "");
 
 Evalbus.filterTokens = (text) => {
   const pattern = /\s*(?:(\()|(\))|(<=|>=|!=|[<>=:])|"([^"]*)"|([^\s()<>=:!"]+))/y;

@@ -10,6 +10,7 @@ Evalbus.Judge = class {
     this.outcome = null;
     this.stages = null;
     this.saved = null;  // number of the shown episode if its verdict was sent, otherwise null
+    this.isStale = false;  // whether the connection was opened after the latest "judge" block
     const button = (text, key, action) => this.button(key, action, text, " ", e("kbd", {}, key));
     this.outcomes = new Map([["success", "Success", "s"], ["failure", "Failure", "f"], ["abstain", "Abstain", "a"]].map(
       ([name, text, key]) => [name, button(text, key, () => this.choose(name))]));
@@ -38,6 +39,11 @@ Evalbus.Judge = class {
     } }, ...children);
   }
 
+  // Must be called when the connection opens. The server may be another one, which gives the numbers to other episodes.
+  reconnect() {
+    this.isStale = true;
+  }
+
   hear(head) {
     if (!this.head) {
       this.viewer.place.classList.add("ev-judging");
@@ -52,12 +58,35 @@ Evalbus.Judge = class {
     this.results.replaceChildren(...(head.results || []).map((line) =>
       Evalbus.element(line.startsWith(" ") ? "p" : "h2", {}, Evalbus.words(line))));
     const isKept = this.saved !== null && this.saved === this.item && head.verdicts[this.item] && !head.error;
+    const isStale = this.isStale;
+    this.isStale = false;
     if (head.results) Evalbus.setText(this.title, "Results");
-    else if (this.item === null || isKept) this.show(head.verdicts.indexOf(null));
+    else if (this.item === null || isKept || this.item >= count) this.show(head.verdicts.indexOf(null));
+    else if (isStale) this.showAgain();
   }
 
-  // item: number of the episode to judge; negative if there is none.
-  show(item) {
+  // Loads the shown episode again. If the server has another episode with this number, the choices are reset.
+  async showAgain() {
+    const { item, outcome, stages } = this, rubric = this.rubric.value, before = this.viewer.tracks[0];
+    // Until the episode is loaded, no verdict can be saved.
+    this.viewer.forget(0);
+    await this.show(item);
+    const now = this.viewer.tracks[0];
+    if (this.item !== item || !before || !now || !Evalbus.Judge.areEqual(before, now)) return;
+    Object.assign(this, { outcome, stages });
+    this.rubric.value = rubric;
+    this.showChoices();
+  }
+
+  // Returns whether two tracks have the same motion.
+  static areEqual(a, b) {
+    const count = 3 * a.ticks * a.head.bodies.length;
+    return a.episode === b.episode && a.ticks === b.ticks && a.head.scene === b.head.scene && a.head.bodies.length === b.head.bodies.length
+      && a.position.data.subarray(0, count).every((value, k) => Object.is(value, b.position.data[k]));
+  }
+
+  // item: number of the episode to judge; negative if there is none. Resolves when the episode is shown.
+  async show(item) {
     this.item = item < 0 ? null : item;
     this.saved = null;
     this.form.hidden = item < 0;
@@ -71,10 +100,9 @@ Evalbus.Judge = class {
     this.rubric.value = given && given.rubric !== null ? String(given.rubric) : "";
     Evalbus.setText(this.title, `Episode ${item + 1} of ${this.head.verdicts.length}`);
     this.showChoices();
-    this.viewer.open(0, item, 0).then(() => {
-      Evalbus.setText(this.problem, this.viewer.problem);
-      this.showChoices();
-    });
+    await this.viewer.open(0, item, 0);
+    Evalbus.setText(this.problem, this.viewer.problem);
+    this.showChoices();
   }
 
   // Returns whether the episode to judge is shown. False while it is being loaded, or if loading it has failed.

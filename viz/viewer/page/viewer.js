@@ -166,7 +166,7 @@ Evalbus.Viewer = class {
     if (shown && shown.key === track.key && shown.attempt === track.attempt) {
       // The track contains more complete data of the attempt that is shown.
       this.tracks[0] = track;
-      this.player.setLength(track.ticks, track.tickSeconds);
+      this.setLength();
       this.showTracks();
       if (!this.scene || !this.isSceneReady || !this.scene.exchange(shown, track)) this.buildScene();
       return;
@@ -177,7 +177,7 @@ Evalbus.Viewer = class {
 
   hearTicks(track) {
     if (this.tracks[0] !== track) return;
-    this.player.setLength(track.ticks, track.tickSeconds);
+    this.setLength();
     this.areNumbersOld = true;
   }
 
@@ -190,6 +190,7 @@ Evalbus.Viewer = class {
       // The next server may have other runs with the same numbers.
       this.recent.clear();
       this.removeStaleLater();
+      this.judge.reconnect();
       if (this.missed) this.open(...this.missed);
       this.showEmpty();
     }
@@ -413,13 +414,18 @@ Evalbus.Viewer = class {
 
   setTracks(tracks) {
     this.tracks = tracks;
-    const [track, other] = tracks;
-    if (!track) return;
-    const ticks = other ? Math.max(track.ticks, Math.ceil(other.ticks * other.tickSeconds / track.tickSeconds)) : track.ticks;
-    this.player.setLength(ticks, track.tickSeconds);
+    if (!tracks.length) return;
+    this.setLength();
     this.findParting().catch((error) => this.complain(error));
     this.showTracks();
     this.buildScene();
+  }
+
+  // Sets the length of the player to that of the longer track.
+  setLength() {
+    const [track, other] = this.tracks;
+    const ticks = other ? Math.max(track.ticks, Math.ceil(other.ticks * other.tickSeconds / track.tickSeconds)) : track.ticks;
+    this.player.setLength(ticks, track.tickSeconds);
   }
 
   ticksShown() {

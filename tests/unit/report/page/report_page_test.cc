@@ -155,6 +155,23 @@ TEST(ReportPage, StatesTheRateAndTheExclusions) {
   EXPECT_THAT(text, HasSubstr("Excluded from all rates because they are incomplete"));
 }
 
+TEST(ReportPage, EpisodesWithoutAVerdictAreNoFailures) {
+  ReportRun run = SomeRun();
+  results::RecordedEpisode& episode = run.run.episodes[2];
+  episode.failure_reason = "not_judged";
+  run.summary.judged = 2;
+  run.summary.failure_reasons = {{"not_judged", 1}};
+  const Page page(PageOf({run}));
+  const XMLElement* const row = page.ById("episode-2");
+  ASSERT_TRUE(row);
+  EXPECT_STREQ(row->Attribute("class"), "incomplete");
+  EXPECT_THAT(TextOf(row), Not(HasSubstr("✗")));
+  EXPECT_FALSE(page.ById("failures"));
+  std::string text;
+  for (const XMLElement* p : page.All("p")) text += TextOf(p) + "\n";
+  EXPECT_THAT(text, HasSubstr("Not judged: 1 episode."));
+}
+
 TEST(ReportPage, StatesThatStagesAreNotConditionsOfSuccess) {
   ReportRun run = SomeRun();
   EXPECT_THAT(PageOf({run}), HasSubstr(">" + run.summary.StagesText() + ".</p>"));

@@ -107,8 +107,13 @@ TEST(RunBlock, EpisodesAndLines) {
   // A source may lack the data that a count requires.
   summary.metrics.slip_count = summary.metrics.env_collision_count = kUnavailableCount;
   summary.metrics.self_collision_count = 2;
-  EXPECT_EQ(RowOf(summary, "lift_pot", "base").slips, 0);
+  EXPECT_FALSE(RowOf(summary, "lift_pot", "base").slips.has_value());
   EXPECT_EQ(RowOf(summary, "lift_pot", "base").collisions, 2);
+  summary.metrics.stage_reached = {1, 0};
+  EXPECT_EQ(RowOf(summary, "lift_pot", "base").stages, 1);
+  const BlockReader unavailable(EpisodesBlock(1, 7, {RowOf(summary, "lift_pot", "base")}));
+  EXPECT_TRUE(unavailable.head()["episodes"][0]["slips"].is_null());
+  EXPECT_EQ(unavailable.head()["episodes"][0]["collisions"], 2);
 
   log_t line{};
   line.header.episode = 3;
