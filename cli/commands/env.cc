@@ -131,6 +131,7 @@ int ServeEnvironment(EnvOptions options) {
       end != static_cast<int>(options.image_size.size())) {
     throw InputError("--image-size " + options.image_size + ": expected WIDTHxHEIGHT");
   }
+  viz::CheckGl(options.environment.gl);
   ReservedStdout output;
   runner::Environment environment(options.environment);
   SendFrame(Description(environment, options.environment.gl), &output);

@@ -234,6 +234,11 @@ Action AddRun(CLI::App* app) {
     // The old run's name belongs to its policy.
     if (!like->empty() && app->count("--policy") > 0 && app->count("--policy-name") == 0)
       options->policy_name.clear();
+    // Its contract belongs to its policy, too, but another address may be that of the same policy's server.
+    if (!like->empty() && app->count("--policy") > 0 && app->count("--contract") == 0 &&
+        options->policy.policy.find("://") == std::string::npos) {
+      options->policy.contract.clear();
+    }
     if (output->partial_hz > 0 && !output->json) throw InputError("--partial-hz requires --json");
     if (options->worker >= 0) {
       runner::RunWorker(*options);

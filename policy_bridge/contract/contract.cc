@@ -158,6 +158,13 @@ Signal ReadSignal(const YamlValue& value) {
   if (std::ranges::find(known, what) == known.end()) {
     value.Fail("unknown signal '" + what + "'" + Suggestion(what, known));
   }
+  // Objects have only poses, which refer to no point of an arm.
+  const bool is_pose = std::ranges::find(ObjectSignalNames(), what) != ObjectSignalNames().end();
+  const bool has_point = is_pose && !signal.is_privileged();
+  for (const YamlValue& entry : value.is_map() ? value.Entries() : std::vector<YamlValue>()) {
+    if ((entry.key() == "frame" && !is_pose) || (entry.key() == "point" && !has_point))
+      entry.Fail("only allowed for poses of arms");
+  }
   return signal;
 }
 

@@ -147,6 +147,12 @@ class Check {
     }
   }
 
+  // Returns value `i` of a row after the contract's scale and offset.
+  double Scaled(size_t i, double value) const {
+    const ActionSpace& space = contract_.actions;
+    return value * (space.scale.empty() ? 1 : space.scale[i]) + (space.offset.empty() ? 0 : space.offset[i]);
+  }
+
   void LookAtGrippers() {
     for (const ArmForm& arm : contract_.actions.arms) {
       const GripperForm& form = arm.gripper;
@@ -154,14 +160,15 @@ class Check {
       const auto i = static_cast<size_t>(*form.index);
       const double span = std::abs(form.closed - form.open);
       const double lower = std::min(form.open, form.closed), upper = std::max(form.open, form.closed);
-      if (report_.least[i] < lower - kBeyondGripper * span ||
-          report_.most[i] > upper + kBeyondGripper * span) {
+      // A negative scale swaps the least and the largest value.
+      const auto [least, most] = std::minmax({Scaled(i, report_.least[i]), Scaled(i, report_.most[i])});
+      if (least < lower - kBeyondGripper * span || most > upper + kBeyondGripper * span) {
         Doubt(fmt::format(
             "gripper {}: values {:.3g} to {:.3g}, the contract expects {:g} (open) to {:g} (closed)", arm.arm,
-            report_.least[i], report_.most[i], form.open, form.closed));
+            least, most, form.open, form.closed));
       } else {
-        Good(fmt::format("gripper {}: values {:.3g} to {:.3g}; {:g} is open, {:g} closed", arm.arm,
-                         report_.least[i], report_.most[i], form.open, form.closed));
+        Good(fmt::format("gripper {}: values {:.3g} to {:.3g}; {:g} is open, {:g} closed", arm.arm, least,
+                         most, form.open, form.closed));
       }
     }
   }
@@ -171,8 +178,7 @@ class Check {
     size_t clipped = 0, all = 0;
     for (const std::vector<double>& row : first_.rows) {
       for (size_t i = 0; i < row.size(); ++i) {
-        const double value = row[i] * (space.scale.empty() ? 1 : space.scale[i]) +
-                             (space.offset.empty() ? 0 : space.offset[i]);
+        const double value = Scaled(i, row[i]);
         const bool is_out = (!space.lower.empty() && value < space.lower[i]) ||
                             (!space.upper.empty() && value > space.upper[i]);
         clipped += is_out;

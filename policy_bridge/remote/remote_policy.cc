@@ -147,10 +147,15 @@ bool RemotePolicy::IsReady() {
 void RemotePolicy::OnTick(const state_t& state) {
   tick_ = state.header.tick;
   tick_began_ = Clock::now();
+  is_tick_new_ = true;
   if (last_.joint_position_rad.empty()) last_ = HoldingAction(state);
+}
+
+void RemotePolicy::ObserveTick(const state_t& state) {
   // With a real-time clock, an inference for an earlier tick may still be running, or its images may be being
   // rendered.
   if (image_request_ || conversation_.is_busy()) return;
+  if (!std::exchange(is_tick_new_, false)) return;
   asks_ = tick_ >= contract_.settle_steps && schedule_.IsDue(tick_);
   if (!asks_ && !observations_.needs_every_tick()) return;
   image_request_.emplace();
@@ -219,17 +224,17 @@ void RemotePolicy::StartCall() {
 bool RemotePolicy::Compute(const state_t& state) {
   if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
   if (state.header.tick != tick_) OnTick(state);
-  PollAnswer();
-  if (conversation_.is_busy()) {
-    try {
-      if (const auto answer = conversation_.Take()) OnAnswer(*answer);
-    } catch (const ServerError& error) {
-      // After an error message from the server, the connection may still work, but reconnecting is always
-      // safe.
-      is_connected_ = false;
-      throw;
-    }
+  try {
+    if (const auto answer = conversation_.Take()) OnAnswer(*answer);
+  } catch (const ServerError& error) {
+    // After an error message from the server, the connection may still work, but reconnecting is always
+    // safe.
+    is_connected_ = false;
+    throw;
   }
+  // The tick is observed after the answer was taken, because the next inference may be due already.
+  ObserveTick(state);
+  PollAnswer();
   if (!image_request_ && !conversation_.is_busy()) return true;
   return is_realtime_ && (schedule_.At(tick_) || Clock::now() >= compute_again_at());
 }

@@ -46,6 +46,9 @@ class RemotePolicy : public Policy {
   enum class Phase { kConnecting, kGreeting, kReady };
 
   void OnTick(const state_t& state);
+  // Requests the images of the tick, unless an earlier tick is still being observed or inferred. Does nothing
+  // if the tick has been observed already or need not be observed.
+  void ObserveTick(const state_t& state);
   bool has_all_images() const;
   // Once the images of the requested tick have arrived, adds the tick to the observations and, if an
   // inference is due, starts a call to the server.
@@ -82,6 +85,8 @@ class RemotePolicy : public Policy {
   episode_begin_t begin_{};
   int64_t tick_ = -1;
   Clock::time_point tick_began_{};
+  // Whether ObserveTick() has not handled this tick yet.
+  bool is_tick_new_ = false;
   // The tick being observed, and the images of it that have been received so far.
   std::optional<image_request_t> image_request_;
   state_t observed_{};

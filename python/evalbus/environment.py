@@ -19,6 +19,8 @@ from evalbus.runs import Episode
 _VERSION = 1
 # Largest episode number (base/run_layout.h).
 _MAX_EPISODE = 99_999_999
+# Seeds that RoboEval's env.reset() accepts, as for the program (base/random.h).
+_ROBOEVAL_SEEDS, _MAX_ROBOEVAL_SEED = "roboeval/1", 2**32 - 1
 _SIZE = struct.Struct("<I")
 # Defaults of the observations and actions if there is no contract.
 _DEFAULT_FORM = {"control": "joint", "cameras": [], "image_size": (224, 224), "control_hz": 20}
@@ -75,6 +77,7 @@ class Environment:
         elif given := [name for name, value in form.items() if value != _DEFAULT_FORM[name]]:
             raise InputError(f"{given[0]}: cannot be combined with a contract, which describes it")
         self._is_active = False
+        self._seed_stream = seed_stream
         self._program: Optional[Program] = Program(["env", task, *words(options)])
         description = self._receive()
         if description["schema_version"] != _VERSION:
@@ -102,9 +105,12 @@ class Environment:
     def reset(self, seed: int, episode: int = 0) -> Step:
         """Starts episode `episode` of `evalbus run --seed SEED`, and abandons the current episode."""
         seed, episode = _whole("seed", seed), _whole("episode", episode)
-        # The number is checked here, because an error of the program would close the environment.
+        # The numbers are checked here, because an error of the program would close the environment.
         if not 0 <= episode <= _MAX_EPISODE:
             raise InputError(f"reset: episode: expected 0 to {_MAX_EPISODE}, got {episode}")
+        most = _MAX_ROBOEVAL_SEED - episode
+        if self._seed_stream == _ROBOEVAL_SEEDS and not 0 <= seed <= most:
+            raise InputError(f"reset: seed: expected 0 to {most} with the seeds of RoboEval, got {seed}")
         return self._ask({"reset": {"seed": seed, "episode": episode}})
 
     def step(self, action) -> Step:

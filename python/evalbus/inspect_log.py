@@ -1,6 +1,7 @@
 """Writes a run as a log of Inspect (inspect_ai), with its own writer: each complete episode is a sample."""
 
 import datetime
+import os
 import pathlib
 
 from evalbus.command import parser, run_module
@@ -20,7 +21,14 @@ def write_log(folder, out) -> None:
         raise InputError(f"{out}: exists; choose another name")
     run = read_run(folder)
     check_finished(run)
-    write_eval_log(_log(run), str(out))
+    # The file is written under a temporary name, from whose ending Inspect derives the format, and renamed when it is
+    # complete.
+    coming = out.with_name(f".{out.stem}.{os.getpid()}.tmp{out.suffix}")
+    try:
+        write_eval_log(_log(run), str(coming))
+        coming.rename(out)
+    finally:
+        coming.unlink(missing_ok=True)
 
 
 def _log(run: Run):

@@ -163,7 +163,8 @@ class _Server:
                 origins=[None],
                 process_request=_health,
             ) as server:
-                on_ready(f"ws://{host}:{next(iter(server.sockets)).getsockname()[1]}")
+                name = f"[{host}]" if ":" in host else host  # an IPv6 address
+                on_ready(f"ws://{name}:{next(iter(server.sockets)).getsockname()[1]}")
                 await self._stopped.wait()
         finally:
             worker.close()

@@ -508,10 +508,15 @@ class EnvironmentTest(unittest.TestCase):
             ("cameras: cannot be combined with a contract", {"contract": "plain", "cameras": ["head"]}),
             ("unknown task '--help'", {"task": "--help"}),
             ("no camera 'nose'; this scene has head", {"cameras": ["nose"]}),
-            ("--gl metal: expected software, osmesa, egl-software, egl or auto", {"cameras": ["head"], "gl": "metal"}),
+            ("--gl metal: expected software, osmesa, egl-software, egl or auto", {"gl": "metal"}),
         ):
             with self.assertRaisesRegex(evalbus.InputError, words):
                 evalbus.Environment(**{"task": "lift_pot", **options})
+        with evalbus.Environment("lift_pot", seed_stream="roboeval/1") as environment:
+            for seed, episode in ((-1, 0), (2**32 - 1, 1)):
+                with self.assertRaisesRegex(evalbus.InputError, "^reset: seed: expected 0 to 429496729[45] with"):
+                    environment.reset(seed, episode)
+            self.assertIsNone(environment.reset(2**32 - 1).episode)
         environment = evalbus.Environment("lift_pot")
         with environment:
             with self.assertRaisesRegex(evalbus.InputError, "no episode is active: reset the environment first"):

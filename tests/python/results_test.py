@@ -7,6 +7,7 @@ import support
 
 support.need("numpy")
 
+import errno
 import importlib.util
 import json
 import os
@@ -18,8 +19,10 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from unittest import mock
 
 import evalbus
+import evalbus.inspect_log
 import evalbus.trackers
 
 BIN = os.path.abspath(sys.argv.pop(1))
@@ -143,6 +146,19 @@ class ResultsTest(unittest.TestCase):
             self.assertEqual(
                 [bool(sample.scores["success"].value) for sample in log.samples], [episode.success for episode in self.recorded.episodes]
             )
+
+    def test_a_log_for_inspect_is_complete_or_missing(self):
+        def write(_, file):
+            pathlib.Path(file).write_text("the first bytes")
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+        modules = {name: mock.MagicMock() for name in ("inspect_ai", "inspect_ai.log", "inspect_ai.scorer")}
+        modules["inspect_ai.log"].write_eval_log = write
+        folder = self.here / "full_disk"
+        folder.mkdir()
+        with mock.patch.dict(sys.modules, modules), self.assertRaises(OSError):
+            evalbus.inspect_log.write_log(self.recorded.folder, folder / "log.eval")
+        self.assertEqual(list(folder.iterdir()), [])
 
     @needs("trackio")
     def test_trackio(self):

@@ -13,7 +13,7 @@ import unittest
 import urllib.error
 import urllib.request
 
-import evalbus
+import evalbus.server
 import numpy as np
 import websockets
 from evalbus import codec
@@ -130,6 +130,22 @@ class ServerTest(unittest.TestCase):
         ):
             with self.assertRaisesRegex(error, words):
                 evalbus.serve(*arguments)
+
+    def test_an_ipv6_address(self):
+        async def url():
+            found, server = [], evalbus.server._Server(len, {})
+
+            def on_ready(ready):
+                found.append(ready)
+                server.stop()
+
+            await server.run("::1", 0, on_ready)
+            return found[0]
+
+        try:
+            self.assertRegex(asyncio.run(url()), r"^ws://\[::1\]:\d+$")
+        except OSError as error:
+            self.skipTest(f"no IPv6: {error}")
 
     def test_health(self):
         url = self.server.url.replace("ws:", "http:")

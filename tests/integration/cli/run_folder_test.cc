@@ -275,6 +275,18 @@ TEST(Like, RunsAnOlderRunAgain) {
   EXPECT_EQ(ordered_json::parse(ReadText(folder.path() / "same_policy/run.json"))["policy_name"], "ckpt-1");
   Evaluate({"--like", folder.path() / "named", "--policy", "random"}, folder.path() / "other_policy");
   EXPECT_EQ(ordered_json::parse(ReadText(folder.path() / "other_policy/run.json"))["policy_name"], "");
+  // Neither does its contract, unless the other policy is a server, too.
+  ordered_json served = ordered_json::parse(ReadText(run / "run.json"));
+  served["policy"] = "ws://127.0.0.1:1";
+  served["contract"] = "plain";
+  fs::create_directories(folder.path() / "served");
+  WriteText(folder.path() / "served/run.json", served.dump());
+  Evaluate({"--like", folder.path() / "served", "--policy", "hold"}, folder.path() / "not_served");
+  EXPECT_EQ(ordered_json::parse(ReadText(folder.path() / "not_served/run.json"))["contract"], "");
+  const auto moved = RunProgram({"evalbus", "run", "--like", folder.path() / "served", "--policy",
+                                 "ws://127.0.0.1:2", "--out", folder.path() / "moved"});
+  EXPECT_NE(moved.err.find("rate_hz: the policy acts at 20 Hz, but the run has 50 Hz"), std::string::npos)
+      << moved.err;
   // A run with a policy would wait for the source of a watched run.
   named["watch"] = true;
   WriteText(folder.path() / "named/run.json", named.dump());

@@ -472,6 +472,14 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
   EXPECT_NE(result.out.find("the contract has 'prompts', but none for the task lift_pot\n"),
             std::string::npos)
       << result.out;
+  // The range of a gripper applies to the scaled value.
+  const std::string scaled = Contract();
+  WriteText(scaled, ReadText(scaled) + "  scale: [1, 1, 1, 1, 1, 1, 1, 10]\n");
+  result = check(scaled);
+  EXPECT_EQ(result.code, 6) << result.out;
+  EXPECT_NE(result.out.find("gripper left: values 5 to 5, the contract expects 0 (open) to 1 (closed)\n"),
+            std::string::npos)
+      << result.out;
   // Interpreted as deltas, these values are half a turn.
   result = check(Contract("joint_delta"));
   EXPECT_EQ(result.code, 6) << result.out;

@@ -123,6 +123,9 @@ TEST(Contract, MistakesAreReportedWithLineAndKey) {
       {"indices: 0-6", "indices: []", "mine.yaml:18: key 'indices': expected at least one index"},
       {"scale: -1", "indices: []", "mine.yaml:7: key 'indices': expected at least one index"},
       {"scale: -1", "scale: 0", "mine.yaml:7: key 'scale': expected a number other than 0"},
+      {"scale: -1", "frame: base", "mine.yaml:7: key 'frame': only allowed for poses of arms"},
+      {"left.joint_position_rad", "{signal: object.pot.position_m, point: grip}",
+       "mine.yaml:7: key 'point': only allowed for poses of arms"},
       {"offset: 1}]", "offset: 1}], type: uint8",
        "mine.yaml:7: key 'type': requires 'decimals: 0' for each signal, and usually a 'scale', for example "
        "255"},

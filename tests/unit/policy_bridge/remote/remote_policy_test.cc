@@ -308,6 +308,28 @@ TEST_F(RemotePolicyTest, OnARealtimeClockAnAnswerWithinTheWindowCountsForItsTick
   EXPECT_EQ(said_.at(1).held_ticks, 0);
 }
 
+// The second inference takes as many ticks as are executed, so the third one begins when its answer arrives,
+// as in lockstep.
+TEST_F(RemotePolicyTest, OnARealtimeClockADueInferenceBeginsAtTheTickOfTheLastAnswer) {
+  std::promise<void> go;
+  Serve([calls = 0, go = go.get_future().share()](const Value&) mutable {
+    if (++calls == 2) go.wait();
+    return ChunkOf(6, calls);
+  });
+  contract_.first_step_rad.reset();
+  contract_.execute_steps = 3;
+  Make({.execution = Execution::kAsynchronous}, "realtime", 1e-3);
+  Begin();
+  for (int tick = 0; tick < 6; ++tick) EXPECT_FLOAT_EQ(Act(tick), 1 + 0.1f * static_cast<float>(tick));
+  EXPECT_EQ(saw_.size(), 2u);
+  go.set_value();
+  EXPECT_FLOAT_EQ(Act(6), 2.3);
+  EXPECT_EQ(said_.at(1).header.tick, 3);
+  EXPECT_EQ(said_.at(1).held_ticks, 3);
+  ASSERT_EQ(saw_.size(), 3u);
+  EXPECT_EQ(saw_[2].header.tick, 6);
+}
+
 TEST_F(RemotePolicyTest, WithoutAWindowAnAnswerCountsForTheNextTick) {
   Serve([](const Value&) { return ChunkOf(2, 0.7); });
   contract_.answer_window = 0;
