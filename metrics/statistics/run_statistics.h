@@ -205,7 +205,8 @@ class RunStatistics {
   RunSummary Summary(bool with_bootstrap) const;
 
  private:
-  // The result of a complete episode, without its values. Of an incomplete one, only complete and invalid.
+  // Result of an episode, without its values. If the episode is incomplete, only `complete` and `invalid` are
+  // set.
   struct Entry : EpisodeResult {
     int task = 0;
     std::vector<std::pair<size_t, double>> numbers;  // index in names_, and value

@@ -12,7 +12,7 @@ namespace evalbus::policy {
 // more than a million values, or a map that contains a key twice. A typical reply has a few dozen values on
 // four levels. The limits are necessary, because a value may need a hundred times its encoded size in memory.
 //
-// The functions that handle an event return true, which tells the parsers to continue.
+// The functions that handle an event return true, so that the parsers continue.
 class TreeBuilder {
  public:
   explicit TreeBuilder(const char* format) : format_(format) {}
