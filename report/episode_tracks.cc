@@ -12,7 +12,6 @@
 #include "metrics/episode/criteria_pace.h"
 #include "metrics/statistics/run_statistics.h"
 #include "models/physics_model.h"
-#include "results/episode_logs.h"
 #include "results/no_return.h"
 #include "results/rescorer.h"
 
@@ -180,13 +179,13 @@ viz::EpisodeRow RowOf(const results::RecordedEpisode& episode, const results::Re
   row.text = episode.explanation;
   row.cause_time = episode.cause.time_s;
   row.cause_text = episode.cause.text;
-  for (const auto& [name, value] : episode.result.values) {
+  for (const auto& [name, value] : episode.values) {
     const int64_t count = std::isfinite(value) ? std::llround(value) : 0;
     if (name == "slip_count") row.slips = count;
     if (name.starts_with("extended.grasp_count")) row.grasps += count;
     if (name == "env_collision_count" || name == "self_collision_count") row.collisions += count;
   }
-  row.stages = std::ranges::count_if(episode.result.stages, [](const auto& stage) { return stage.second; });
+  row.stages = std::ranges::count_if(episode.stages, [](const auto& stage) { return stage.second; });
   row.has_track = std::filesystem::exists(EpisodeLog(run.folder, episode.episode));
   return row;
 }

@@ -32,10 +32,10 @@ RecordedRun ByOperator(const RecordedRun& original, const std::vector<Verdict>& 
     const RecordedEpisode* recorded = FindEpisode(original, verdict.episode);
     if (!recorded || verdict.operator_name != operator_name || verdict.outcome == Outcome::kAbstain) continue;
     RecordedEpisode episode = *recorded;
-    episode.complete = episode.result.complete = true;
-    episode.result.invalid = false;
-    episode.success = episode.result.success = verdict.outcome == Outcome::kSuccess;
-    episode.failure_reason = episode.result.failure_reason = episode.success ? "" : "operator";
+    episode.complete = true;
+    episode.invalid = false;
+    episode.success = verdict.outcome == Outcome::kSuccess;
+    episode.failure_reason = episode.success ? "" : "operator";
     run.episodes.push_back(std::move(episode));
   }
   std::ranges::sort(run.episodes, {}, &RecordedEpisode::episode);

@@ -71,8 +71,8 @@ TEST_F(OperatorResultsTest, SayWhenKappaIsUndefined) {
 // Episodes without an automatic verdict count in the operator's rate but not in the agreement.
 TEST_F(OperatorResultsTest, IncompleteEpisodesHaveNoAutomaticVerdict) {
   JudgedRun judged = Judged("a", First(2, 4), "sfsf");
-  judged.run.episodes[0].complete = judged.run.episodes[0].result.complete = false;
-  judged.run.episodes[1].failure_reason = judged.run.episodes[1].result.failure_reason = "not_judged";
+  judged.run.episodes[0].complete = false;
+  judged.run.episodes[1].failure_reason = "not_judged";
   const auto results = OperatorResults(judged.run, judged.verdicts);
   EXPECT_EQ(results[0].rates.judged, 4);
   EXPECT_EQ(results[0].rates.successes, 2);
