@@ -12,7 +12,6 @@
 
 #include "base/errors.h"
 #include "base/run_layout.h"
-#include "bus/message.h"
 #include "bus/packed_log.h"
 #include "bus/udpm/lcm_wire.h"
 

@@ -98,11 +98,11 @@ std::string EpisodeTable(const std::vector<results::RecordedRun>& runs) {
     for (const results::RecordedEpisode& episode : run.episodes) {
       auto& cells = values.emplace_back();
       metrics::NamedNumbers numbers;
-      for (const auto& [name, value] : episode.result.parameters)
+      for (const auto& [name, value] : episode.parameters)
         numbers.emplace_back(Interned("parameters." + std::string(name)), value);
       for (const auto& number : episode.Values()) numbers.push_back(number);
       for (const auto& number :
-           metrics::FlattenedValues(metrics::PosesJson(episode.result.final_poses), "final_poses"))
+           metrics::FlattenedValues(metrics::PosesJson(episode.final_poses), "final_poses"))
         numbers.push_back(number);
       for (const auto& [name, value] : numbers) {
         const auto [column, is_new] = index.emplace(name, names.size());
@@ -115,8 +115,8 @@ std::string EpisodeTable(const std::vector<results::RecordedRun>& runs) {
     return std::ranges::any_of(run.episodes, [](const auto& episode) { return !episode.note.empty(); });
   });
   const bool has_training = std::ranges::any_of(runs, [](const results::RecordedRun& run) {
-    return std::ranges::any_of(
-        run.episodes, [](const auto& episode) { return episode.result.seen_in_training.has_value(); });
+    return std::ranges::any_of(run.episodes,
+                               [](const auto& episode) { return episode.seen_in_training.has_value(); });
   });
   std::string table = std::string(kRunColumns) + ",episode,seed,end_reason,failure_reason,complete";
   if (has_training) table += std::string(",") + metrics::kSeenInTraining;
@@ -130,7 +130,7 @@ std::string EpisodeTable(const std::vector<results::RecordedRun>& runs) {
       table += run_cells + std::to_string(episode.episode) + "," + std::to_string(episode.seed) + "," +
                Quoted(episode.end_reason) + "," + Quoted(episode.failure_reason) + "," +
                (episode.complete ? "1" : "0");
-      const std::optional<bool> seen = episode.result.seen_in_training;
+      const std::optional<bool> seen = episode.seen_in_training;
       if (has_training) table += !seen ? "," : *seen ? ",1" : ",0";
       std::vector<std::string> cells(names.size());
       for (const auto& [column, value] : *row++) cells[column] = Number(value);

@@ -10,7 +10,6 @@
 #include "base/json_file.h"
 #include "base/write_whole.h"
 #include "metrics/statistics/run_statistics.h"
-#include "plans/plan_run.h"
 #include "report/comparison_report.h"
 #include "report/page/page_check.h"
 #include "report/page/plan_page.h"

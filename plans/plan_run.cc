@@ -7,7 +7,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <thread>
 
 #include "base/errors.h"
 #include "base/json_file.h"
@@ -23,7 +22,6 @@
 #include "results/comparison_text.h"
 #include "results/run_reader.h"
 #include "results/summary_table.h"
-#include "runner/progress_line.h"
 #include "runner/suite.h"
 #include "viz/images/video.h"
 #include "viz/terminal/terminal.h"
@@ -40,33 +38,6 @@ struct Events {
   runner::EventLines* lines = nullptr;
   runner::RunOutput output{};
 };
-
-// Runs jobs, `at_once` at a time, shows their progress, and calls ended(name) after each success. Passes the
-// events that they print to `events`, unless it is null. Returns false if a stop was requested.
-template <class Ended>
-bool RunJobs(std::vector<runner::Job> jobs, int at_once, runner::JobsProgress* progress,
-             runner::EventLines* events, const Ended& ended) {
-  runner::JobPool pool(std::move(jobs), at_once, [&](const std::string& why) {
-    progress->Clear();
-    fmt::print("retrying: {}\n", Printable(why));
-    if (events) events->Write("remark", {{"text", why}});
-  });
-  if (events) pool.ReadOutput([&](const std::string& line) { events->Relay(line); });
-  for (size_t done = 0; !pool.done() && !stop_requested();) {
-    if (const auto name = pool.Poll()) {
-      ++done;
-      progress->Clear();
-      ended(*name);
-      std::fflush(stdout);
-    } else {
-      if (events) events->CheckReader();
-      progress->Show(done);
-      std::this_thread::sleep_for(runner::kJobPoll);
-    }
-  }
-  progress->Clear();
-  return !stop_requested();
-}
 
 // Returns true if this run already has more than `episodes` requested episodes, from a later step before the
 // plan was interrupted.
@@ -122,7 +93,7 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
   std::fflush(stdout);
   runner::JobsProgress progress(jobs.size(), "runs", runs, episodes);
   const bool is_whole =
-      RunJobs(std::move(jobs), workers, &progress, events.lines, [&](const std::string& job) {
+      runner::RunJobs(std::move(jobs), workers, &progress, events.lines, [&](const std::string& job) {
         const auto& [policy, task] = of_job.at(job);
         fmt::print("{}", suites.at(policy).Ended(task).Line(name_of(policy, task), width, colors));
       });
@@ -206,7 +177,7 @@ void MakeVideos(const PlanFolder& folder, int workers) {
     }
   }
   runner::JobsProgress progress(jobs.size(), "runs recorded as video");
-  if (!RunJobs(std::move(jobs), workers, &progress, nullptr, [](const std::string&) {})) {
+  if (!runner::RunJobs(std::move(jobs), workers, &progress, nullptr, [](const std::string&) {})) {
     throw EnvironmentError(
         "stopped before all videos were recorded; to resume, run the same command with --resume");
   }
@@ -322,7 +293,7 @@ PlanResults FinishPlan(const PlanFolder& folder, int workers) {
   }
   runner::JobsProgress progress(pages.size(), "pages");
   const fs::path shown = fs::proximate(folder.path());
-  if (!RunJobs(std::move(pages), workers, &progress, nullptr, [](const std::string&) {})) {
+  if (!runner::RunJobs(std::move(pages), workers, &progress, nullptr, [](const std::string&) {})) {
     throw EnvironmentError("stopped before all pages were written; to write them, run " +
                            results::SameCommand(shown));
   }

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <thread>
 
-#include "base/errors.h"
 #include "base/json_file.h"
 #include "base/options_json.h"
 #include "base/run_layout.h"

@@ -12,7 +12,6 @@
 #include "metrics/episode/criteria_pace.h"
 #include "metrics/statistics/run_statistics.h"
 #include "models/physics_model.h"
-#include "results/episode_logs.h"
 #include "results/no_return.h"
 #include "results/rescorer.h"
 
@@ -180,7 +179,7 @@ viz::EpisodeRow RowOf(const results::RecordedEpisode& episode, const results::Re
   row.text = episode.explanation;
   row.cause_time = episode.cause.time_s;
   row.cause_text = episode.cause.text;
-  for (const auto& [name, value] : episode.result.values) {
+  for (const auto& [name, value] : episode.values) {
     const auto add = [&, number = value](std::optional<int64_t>* sum) {
       if (std::isfinite(number)) *sum = sum->value_or(0) + std::llround(number);
     };
@@ -188,7 +187,7 @@ viz::EpisodeRow RowOf(const results::RecordedEpisode& episode, const results::Re
     if (name.starts_with("extended.grasp_count")) add(&row.grasps);
     if (name == "env_collision_count" || name == "self_collision_count") add(&row.collisions);
   }
-  for (const auto& [index, is_reached] : episode.result.stages)
+  for (const auto& [index, is_reached] : episode.stages)
     row.stages = row.stages.value_or(0) + (is_reached ? 1 : 0);
   row.has_track = std::filesystem::exists(EpisodeLog(run.folder, episode.episode));
   return row;

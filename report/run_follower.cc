@@ -122,9 +122,9 @@ RunFollower::News RunFollower::Update() {
       if (hashes_.empty()) SetModel();
       results::RecordedEpisode episode =
           results::ReadEpisode(line, fmt::format("{}:{}", File().string(), number), *info_);
-      statistics_.Add(episode.episode, episode.result);
+      statistics_.Add(episode.episode, episode);
       news.rows.push_back(RowOf(episode, *info_));
-      AddStageNames(line, episode.result, &stage_names_);
+      AddStageNames(line, episode, &stage_names_);
       info_->episodes.push_back(std::move(episode));
       hashes_.push_back(std::hash<std::string>()(text));
     }

@@ -171,14 +171,6 @@ std::string TitleOf(const results::RecordedRuns& runs) {
                      Plural(summary.judged, "episode"), tasks);
 }
 
-// Returns null unless the run is a real-time run in which every episode has its pacing.
-nlohmann::ordered_json Pacing(const results::RecordedRun& run) {
-  if (!run.info.value("realtime", false)) return nullptr;
-  std::vector<nlohmann::ordered_json> episodes;
-  for (const results::RecordedEpisode& episode : run.episodes) episodes.push_back(episode.Json());
-  return results::RunPacing(episodes);
-}
-
 ReportRun Describe(results::RecordedRun run, const std::vector<int>& episodes, bool in_suite,
                    const PageLinks& links, const CommandOf& command_of) {
   ReportRun report;
@@ -191,7 +183,7 @@ ReportRun Describe(results::RecordedRun run, const std::vector<int>& episodes, b
       report.operators.push_back(std::move(sentence));
   }
   report.no_returns = results::ReadNoReturns(run.folder);
-  report.pacing = Pacing(run);
+  report.pacing = results::RunPacing(run);
   for (const results::RecordedEpisode& episode : run.episodes) {
     report.files.push_back(
         {links.Videos(run.folder, episode.episode), links.Log(run.folder, episode.episode)});

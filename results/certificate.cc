@@ -15,10 +15,10 @@ void AddPairs(const RecordedRun& run, const RecordedRun& reference, PolicyOnEngi
     const auto other = std::ranges::find(reference.episodes, episode.seed, &RecordedEpisode::seed);
     if (other == reference.episodes.end() || !episode.complete || !other->complete) continue;
     ++result->pairs;
-    result->different += !(episode.result == other->result);
+    result->different += !(static_cast<const metrics::EpisodeResult&>(episode) == *other);
     // Both lists contain all stages of the task, in the task's order.
-    const auto& reached = episode.result.stages;
-    const auto& reached_there = other->result.stages;
+    const auto& reached = episode.stages;
+    const auto& reached_there = other->stages;
     const auto [here, there] =
         std::mismatch(reached.begin(), reached.end(), reached_there.begin(), reached_there.end());
     if (here == reached.end() || there == reached_there.end()) continue;

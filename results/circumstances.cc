@@ -69,7 +69,7 @@ void CheckChoice(const Values& values, double value, const RecordedRun& run) {
 std::vector<Values> ValuesOf(const RecordedRun& run) {
   std::vector<std::string> names;
   for (const RecordedEpisode& episode : run.episodes) {
-    for (const auto& [name, value] : episode.result.parameters) {
+    for (const auto& [name, value] : episode.parameters) {
       if (std::ranges::find(names, name) == names.end()) names.emplace_back(name);
     }
   }
@@ -80,7 +80,7 @@ std::vector<Values> ValuesOf(const RecordedRun& run) {
     Values presence{.name = PartOf(name) + "_present", .value = {}, .success = {}};
     for (const RecordedEpisode& episode : run.episodes) {
       if (!Counts(episode)) continue;
-      const auto& parameters = episode.result.parameters;
+      const auto& parameters = episode.parameters;
       const auto found = std::ranges::find(parameters, name, [](const auto& entry) { return entry.first; });
       const bool has = found != parameters.end();
       presence.value.push_back(has ? 1 : 0);

@@ -47,9 +47,9 @@ struct Side {
     double sum = 0;
     int successes = 0;
     for (const auto& [seed, episode] : episodes) {
-      results.push_back(&episode->result);
+      results.push_back(episode);
       successes += episode->success;
-      sum += episode->result.Find(kProgress).value_or(0);
+      sum += episode->Find(kProgress).value_or(0);
     }
     num_samples = metrics::NumSamples(results);
     if (episodes.empty()) return;
@@ -149,7 +149,7 @@ std::vector<MetricNumber> MainMetricsOf(const BySeed& run, const BySeed& baselin
   std::set<std::string> names;
   for (const auto* episodes : {&run, &baseline}) {
     for (const auto& [seed, scored] : *episodes) {
-      for (const auto& [name, value] : scored->result.values) names.emplace(name);
+      for (const auto& [name, value] : scored->values) names.emplace(name);
     }
   }
   return MainMetrics({names.begin(), names.end()});
@@ -198,7 +198,7 @@ std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseli
   for (const MetricNumber& number : numbers) {
     const auto value = [&](const RecordedEpisode* scored) {
       const bool counts = !number.metric->effort || scored->success;
-      return counts ? scored->result.Find(number.name) : std::nullopt;
+      return counts ? scored->Find(number.name) : std::nullopt;
     };
     std::vector<double> values, baseline_values;
     for (const auto& [seed, scored] : run.episodes) {
@@ -251,7 +251,7 @@ std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseli
 // Returns the key that orders episodes by success, then by the stages reached, then, if successful, by time.
 // A greater key is better.
 std::tuple<bool, double, double> HowFar(const RecordedEpisode& episode) {
-  return {episode.success, episode.result.Find(Side::kProgress).value_or(0),
+  return {episode.success, episode.Find(Side::kProgress).value_or(0),
           episode.success ? -episode.completion_time : 0};
 }
 
@@ -341,7 +341,7 @@ bool AllPairsAreEqual(const Side& run, const Side& baseline) {
   return std::ranges::all_of(run.episodes, [&](const auto& entry) {
     const RecordedEpisode &own = *entry.second, &partner = *baseline.episodes.at(entry.first);
     return own.success == partner.success && own.end_reason == partner.end_reason &&
-           own.result.values == partner.result.values;
+           own.values == partner.values;
   });
 }
 
@@ -504,7 +504,7 @@ std::set<std::string> NumbersOf(const RecordedRuns& runs) {
   std::set<std::string> names;
   for (const RecordedRun& run : runs.runs) {
     for (const auto& [seed, episode] : CompleteBySeed(run)) {
-      for (const auto& [name, value] : episode->result.values) names.emplace(name);
+      for (const auto& [name, value] : episode->values) names.emplace(name);
     }
   }
   return names;

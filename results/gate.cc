@@ -7,7 +7,6 @@
 #include <set>
 
 #include "base/errors.h"
-#include "base/run_layout.h"
 #include "base/text.h"
 #include "metrics/statistics/noninferiority.h"
 #include "results/comparison.h"

@@ -26,7 +26,7 @@ constexpr int kDifferingPairsNeeded = 10;
 
 std::optional<double> ValueOf(const RecordedEpisode& episode, const MetricNumber& number) {
   const bool counts = episode.success || !number.metric->effort;
-  return counts ? episode.result.Find(number.name) : std::nullopt;
+  return counts ? episode.Find(number.name) : std::nullopt;
 }
 
 // Parses a margin such as "0.2" or "10%".
@@ -80,8 +80,8 @@ std::vector<GateMetric> ParseGateMetrics(const std::vector<std::string>& on, con
                                          const EpisodePairs& pairs) {
   std::set<std::string> available, baseline_available;
   for (const auto& [episode, other] : pairs) {
-    for (const auto& [name, value] : episode->result.values) available.emplace(name);
-    for (const auto& [name, value] : other->result.values) baseline_available.emplace(name);
+    for (const auto& [name, value] : episode->values) available.emplace(name);
+    for (const auto& [name, value] : other->values) baseline_available.emplace(name);
   }
   std::erase_if(available, [&](const std::string& name) { return !baseline_available.contains(name); });
   std::vector<GateMetric> metrics;

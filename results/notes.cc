@@ -9,7 +9,6 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/number_from.h"
-#include "base/run_layout.h"
 #include "base/write_whole.h"
 #include "results/run_folder.h"
 

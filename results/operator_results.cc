@@ -35,11 +35,11 @@ RecordedRun ByOperator(const RecordedRun& original, const std::vector<Verdict>& 
     const RecordedEpisode* recorded = FindEpisode(original, verdict.episode);
     if (!recorded || verdict.operator_name != operator_name || verdict.outcome == Outcome::kAbstain) continue;
     RecordedEpisode episode = *recorded;
-    episode.complete = episode.result.complete = true;
-    episode.result.invalid = episode.result.decided_at_start = false;
-    if (episode.invalid()) episode.end_reason = "operator";
-    episode.success = episode.result.success = verdict.outcome == Outcome::kSuccess;
-    episode.failure_reason = episode.result.failure_reason = episode.success ? "" : "operator";
+    episode.complete = true;
+    if (episode.invalid) episode.end_reason = "operator";
+    episode.invalid = episode.decided_at_start = false;
+    episode.success = verdict.outcome == Outcome::kSuccess;
+    episode.failure_reason = episode.success ? "" : "operator";
     run.episodes.push_back(std::move(episode));
   }
   std::ranges::sort(run.episodes, {}, &RecordedEpisode::episode);

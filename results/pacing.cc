@@ -30,18 +30,19 @@ ordered_json EpisodePacing(const episode_end_t& end, int64_t deadline_misses) {
           {"partial_latency", Json(end.partial_latency)}};
 }
 
-ordered_json RunPacing(const std::vector<ordered_json>& episodes) {
-  ordered_json run;
-  for (const ordered_json& episode : episodes) {
-    const ordered_json pacing = episode.value("pacing", ordered_json());
+ordered_json RunPacing(const RecordedRun& run) {
+  ordered_json sums;
+  if (!run.info.value("realtime", false)) return sums;
+  for (const RecordedEpisode& episode : run.episodes) {
+    const ordered_json pacing = episode.Json().value("pacing", ordered_json());
     if (pacing.is_null()) return nullptr;
-    if (run.is_null()) {
-      run = pacing;
+    if (sums.is_null()) {
+      sums = pacing;
       continue;
     }
-    for (const char* count : kCounts) run[count] = run[count].get<int64_t>() + pacing[count].get<int64_t>();
+    for (const char* count : kCounts) sums[count] = sums[count].get<int64_t>() + pacing[count].get<int64_t>();
     for (const PacingTimes& times : kPacingTimes) {
-      ordered_json& all = run[times.key];
+      ordered_json& all = sums[times.key];
       for (const auto& [key, value] : pacing[times.key].items()) {
         if (key == "count") {
           all[key] = all[key].get<int64_t>() + value.get<int64_t>();
@@ -51,7 +52,7 @@ ordered_json RunPacing(const std::vector<ordered_json>& episodes) {
       }
     }
   }
-  return run;
+  return sums;
 }
 
 std::string PacingSentence(const ordered_json& run_pacing) {

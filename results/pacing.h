@@ -3,9 +3,9 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
 #include "evalbus/episode_end_t.hpp"
+#include "results/run_reader.h"
 
 namespace evalbus::results {
 
@@ -22,8 +22,8 @@ inline constexpr PacingTimes kPacingTimes[] = {{"error", "STATE behind the clock
 nlohmann::ordered_json EpisodePacing(const episode_end_t& end, int64_t deadline_misses);
 
 // Returns the value of the key "pacing" in summary.json. Counts are sums over the episodes, and times are
-// maxima. Null if there is no episode, or if an episode has no pacing.
-nlohmann::ordered_json RunPacing(const std::vector<nlohmann::ordered_json>& episodes);
+// maxima. Null if this is not a real-time run, if there is no episode, or if an episode has no pacing.
+nlohmann::ordered_json RunPacing(const RecordedRun& run);
 
 // PacingSentence() summarizes the ticks in a sentence. PacingText() adds the times, as several lines.
 std::string PacingSentence(const nlohmann::ordered_json& run_pacing);

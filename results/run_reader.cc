@@ -147,7 +147,7 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   episode.end_reason = Get<std::string>(json, "end_reason", "a name", where);
   episode.failure_reason = Get<std::string>(json, "failure_reason", "a name, empty on success", where);
   episode.complete = Get<bool>(json, "complete", "true or false", where);
-  if (episode.invalid() && episode.complete) {
+  if (episode.end_reason == end_reason::kServerError && episode.complete) {
     Fail(where, fmt::format("\"complete\" with \"end_reason\" {}: such an episode cannot be complete",
                             episode.end_reason));
   }
@@ -167,7 +167,6 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
     Fail(where, is_judged && !episode.judged() ? "\"success\" of an episode that was not judged"
                                                : "\"metrics\" without a \"success\" of 0 or 1");
   }
-  episode.success = is_judged && *success == 1;
   Get<std::string>(json, "end_detail", "a string", where);
   episode.completion_time = Get<double>(metrics, "completion_time", "a number", where);
   episode.explanation =
@@ -183,7 +182,7 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   if (json.contains(metrics::kSeenInTraining))
     Get<bool>(json, metrics::kSeenInTraining, "true or false", where);
   try {
-    episode.result = metrics::ResultOf(json);
+    static_cast<metrics::EpisodeResult&>(episode) = metrics::ResultOf(json);
   } catch (const nlohmann::json::exception&) {
     Fail(where, "stages, slips, collisions or final poses are not numbers");
   } catch (const InputError& error) {
@@ -220,7 +219,7 @@ std::string RecordedRun::engine() const {
 std::vector<int> RecordedRun::incomplete() const {
   std::vector<int> numbers;
   for (const RecordedEpisode& episode : episodes) {
-    if (!episode.complete && !episode.invalid()) numbers.push_back(episode.episode);
+    if (!episode.complete && !episode.invalid) numbers.push_back(episode.episode);
   }
   return numbers;
 }
@@ -244,7 +243,8 @@ int RecordedRun::num_planned() const {
 std::vector<int> RecordedRun::invalid() const {
   std::vector<int> numbers;
   for (const RecordedEpisode& episode : episodes) {
-    if (episode.invalid()) numbers.push_back(episode.episode);
+    // An episode remains in this list if an operator's verdict has replaced the automatic one.
+    if (episode.end_reason == end_reason::kServerError) numbers.push_back(episode.episode);
   }
   return numbers;
 }
@@ -252,7 +252,7 @@ std::vector<int> RecordedRun::invalid() const {
 metrics::RunStatistics RecordedRun::Statistics() const {
   metrics::RunStatistics statistics;
   for (const RecordedEpisode& recorded : episodes) {
-    statistics.Add(recorded.episode, recorded.result);
+    statistics.Add(recorded.episode, recorded);
   }
   return statistics;
 }

@@ -24,30 +24,18 @@ struct Cause {
   std::string text;
 };
 
-// A line of episodes.jsonl.
-struct RecordedEpisode {
+// A line of episodes.jsonl. Episodes that are not complete are excluded from all rates: ticks are missing,
+// samples were rejected, or the episode is invalid. --resume runs invalid episodes again.
+struct RecordedEpisode : metrics::EpisodeResult {
   int episode = 0;
   int64_t seed = 0;
   std::string end_reason;
-  std::string failure_reason;
-  // False if ticks are missing, samples were rejected, or the episode is invalid. Such episodes are excluded
-  // from all rates.
-  bool complete = false;
-  // Returns true if the policy's server failed; no conclusion about the policy can be drawn. --resume runs
-  // the episode again.
-  bool invalid() const { return end_reason == end_reason::kServerError; }
-  // Returns false if the source did not provide the data that the success or failure condition needs. The
-  // episode then has no verdict and is excluded from all rates.
-  bool judged() const { return failure_reason != end_reason::kNotJudged; }
-  bool success = false;
   double completion_time = 0;  // s
   // Explains the result in one sentence.
   std::string explanation;
   Cause cause;
   // Note of a user (results/notes.h); empty if there is none.
   std::string note;
-  // Values for the statistics.
-  metrics::EpisodeResult result;
   // The unparsed line; uses a tenth of the memory of the parsed JSON.
   std::string text;
   nlohmann::ordered_json Json() const { return nlohmann::ordered_json::parse(text); }

@@ -13,19 +13,9 @@
 namespace evalbus::results {
 namespace {
 
-bool IsRealtime(const RecordedRun& run) { return run.info.value("realtime", false); }
-
-// Returns the pacing of a real-time run; null for other runs, and if an episode has no pacing.
-nlohmann::ordered_json PacingOf(const RecordedRun& run) {
-  if (!IsRealtime(run)) return nullptr;
-  std::vector<nlohmann::ordered_json> episodes;
-  for (const RecordedEpisode& episode : run.episodes) episodes.push_back(episode.Json());
-  return RunPacing(episodes);
-}
-
 nlohmann::ordered_json RunSummaryJson(const RecordedRun& run, const metrics::RunSummary& statistics) {
   auto json = metrics::SummaryJson(run.task, run.variation, statistics);
-  if (IsRealtime(run)) json["pacing"] = PacingOf(run);
+  if (run.info.value("realtime", false)) json["pacing"] = RunPacing(run);
   return json;
 }
 
@@ -40,7 +30,7 @@ RunSummary WriteRunSummary(const std::filesystem::path& folder) {
   std::string lines;
   for (const RecordedEpisode& episode : recorded.episodes) lines += episode.text + "\n";
   if (!lines.empty()) WriteWhole(folder / kEpisodesJsonl, lines);
-  RunSummary summary{recorded.Statistics().Summary(true), PacingOf(recorded), PolicyNotes(recorded), {}};
+  RunSummary summary{recorded.Statistics().Summary(true), RunPacing(recorded), PolicyNotes(recorded), {}};
   for (const RecordedEpisode& episode : recorded.episodes) {
     if (!episode.complete || episode.success || !episode.judged()) continue;
     summary.failed.push_back({episode.episode, episode.failure_reason, episode.cause});

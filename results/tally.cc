@@ -29,7 +29,7 @@ std::vector<std::pair<std::string, int>> FailuresOf(const metrics::RunSummary& s
 
 void Tally::Add(const RecordedRun& run) {
   for (const RecordedEpisode& episode : run.episodes) {
-    statistics_.Add(episodes_++, episode.result, tasks_);
+    statistics_.Add(episodes_++, episode, tasks_);
   }
   ++tasks_;
 }

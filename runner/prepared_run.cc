@@ -267,7 +267,7 @@ PreparedRun PrepareRun(RunOptions options) {
     CheckResumable(before, options, facts);
     planned_only = UnionOfOnly(before, options.only);
     for (const results::RecordedEpisode& episode : before.episodes) {
-      if (episode.invalid() && IsWanted(options, episode.episode)) continue;
+      if (episode.invalid && IsWanted(options, episode.episode)) continue;
       finished.push_back(episode.Json());
       numbers.insert(episode.episode);
     }

@@ -22,7 +22,6 @@
 #include "results/summary_table.h"
 #include "runner/json_events.h"
 #include "runner/prepared_run.h"
-#include "runner/progress_line.h"
 #include "runner/web_child.h"
 #include "runner/workers.h"
 
@@ -119,6 +118,30 @@ const results::Tally& Suite::Ended(const std::string& task) {
   return tally_.of_task(task);
 }
 
+bool RunJobs(std::vector<Job> jobs, int at_once, JobsProgress* progress, EventLines* events,
+             const std::function<void(const std::string&)>& ended) {
+  JobPool pool(std::move(jobs), at_once, [&](const std::string& why) {
+    progress->Clear();
+    fmt::print("retrying: {}\n", Printable(why));
+    if (events) events->Write("remark", {{"text", why}});
+  });
+  if (events) pool.ReadOutput([&](const std::string& line) { events->Relay(line); });
+  for (size_t done = 0; !pool.done() && !stop_requested();) {
+    if (const auto name = pool.Poll()) {
+      ++done;
+      progress->Clear();
+      ended(*name);
+      std::fflush(stdout);
+    } else {
+      if (events) events->CheckReader();
+      progress->Show(done);
+      std::this_thread::sleep_for(kJobPoll);
+    }
+  }
+  progress->Clear();
+  return !stop_requested();
+}
+
 void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const RunOutput& output) {
   std::optional<EventLines> events;
   if (output.json) events.emplace(output.quiet);
@@ -156,24 +179,8 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const R
   for (const std::string& task : tasks) runs.push_back(suite.run_folder(task));
   JobsProgress progress(tasks.size(), "runs", runs, episodes);
   const auto policy_pool = policy::OpenPool(options.policy, options.workers);
-  JobPool pool(suite.Jobs(output), options.workers, [&](const std::string& why) {
-    progress.Clear();
-    fmt::print("retrying: {}\n", Printable(why));
-    if (events) events->Write("remark", {{"text", why}});
-  });
-  if (events) pool.ReadOutput([&](const std::string& line) { events->Relay(line); });
-  while (!pool.done() && !stop_requested()) {
-    if (const auto ended = pool.Poll()) {
-      progress.Clear();
-      fmt::print("{}", suite.Ended(*ended).Line(*ended, width, colors));
-      std::fflush(stdout);
-    } else {
-      if (events) events->CheckReader();
-      progress.Show(static_cast<size_t>(suite.num_done()));
-      std::this_thread::sleep_for(kJobPoll);
-    }
-  }
-  progress.Clear();
+  RunJobs(suite.Jobs(output), options.workers, &progress, events ? &*events : nullptr,
+          [&](const std::string& task) { fmt::print("{}", suite.Ended(task).Line(task, width, colors)); });
   suite.WriteSummary();
   if (events) {
     events->Write("suite_summary",

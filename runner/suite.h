@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "results/run_summary.h"
 #include "runner/job_pool.h"
 #include "runner/json_events.h"
+#include "runner/progress_line.h"
 #include "runner/run_options.h"
 
 namespace evalbus::runner {
@@ -45,6 +47,11 @@ class Suite {
   results::SuiteTally tally_;
   int num_done_ = 0;
 };
+
+// Runs jobs, `at_once` at a time, shows their progress, and calls ended(name) after each success. Passes the
+// events that they print to `events`, unless it is null. Returns false if a stop was requested.
+bool RunJobs(std::vector<Job> jobs, int at_once, JobsProgress* progress, EventLines* events,
+             const std::function<void(const std::string&)>& ended);
 
 // Runs the tasks, at most options.workers at the same time. Throws InputError or EnvironmentError.
 void RunSuite(RunOptions options, const std::vector<std::string>& tasks, const RunOutput& output);

@@ -8,7 +8,6 @@
 #include "base/text.h"
 #include "models/mujoco_errors.h"
 #include "models/task_family.h"
-#include "sim/repeat_periods.h"
 
 namespace evalbus::sim {
 namespace {
@@ -22,19 +21,14 @@ SteadyTime::duration Duration(double s) {
 }  // namespace
 
 SimComponent::SimComponent(Bus* bus, const SimOptions& options)
-    : Component(bus, "sim"),
+    : EpisodeComponent(bus, options),
       options_(options),
-      scene_(PrepareScene(options)),
-      world_(scene_.scene.physics.get(), scene_.info, scene_.robot, scene_.task, scene_.info.substeps),
-      announcement_(kAnnouncePeriod),
-      model_(kRepeatModel),
-      unanswered_state_(kRepeatUnanswered),
-      unanswered_end_(kRepeatUnanswered) {
-  scene_.info.session = bus->session();
-  model_bytes_ = Encode(scene_.info);
-  for (const std::string& warning : scene_.scene.warnings) log().Warn("{}", warning);
+      world_(prepared_.scene.physics.get(), prepared_.info, prepared_.robot, prepared_.task,
+             prepared_.info.substeps) {
+  model_bytes_ = Encode(prepared_.info);
   SetMujocoWarningSink([this](const std::string& warning) { log().Warn("MuJoCo: {}", warning); });
-  const SeedSource seeds{options.seed, options.seed_stream, FamilyOf(scene_.task.name), scene_.variation};
+  const SeedSource seeds{options.seed, options.seed_stream, FamilyOf(prepared_.task.name),
+                         prepared_.variation};
   for (int i = 0; i < options.episodes; ++i) {
     command_t command{};
     command.kind = command_t::START_EPISODE;
@@ -49,8 +43,6 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options)
   bus->Subscribe(channels::kAction, [this](const action_t& m) { OnAction(m); });
   bus->Subscribe(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
   bus->Subscribe(channels::kEpisodeSummary, [this](const episode_summary_t& m) { OnSummary(m.header); });
-  bus->Subscribe(channels::kModel, [this](const model_info_t&) { OnOwnModel(); });
-  bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnOwnBegin(m); });
   bus->Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnOwnEnd(m); });
   bus->SubscribeRaw(channels::kState.name,
                     [this](std::string_view, std::span<const uint8_t> data, int64_t) { OnOwnState(data); });
@@ -90,14 +82,8 @@ void SimComponent::OnSummary(const header_t& header) {
   }
 }
 
-void SimComponent::OnOwnModel() {
-  if (phase_ == Phase::kIdle || std::ranges::equal(bus().handled(), model_bytes_)) return;
-  OnConflict("a MODEL that is not this sim's: is a second sim on this bus, or a log being played?");
-}
-
-void SimComponent::OnOwnBegin(const episode_begin_t& begin) {
-  if (phase_ == Phase::kIdle || HasEntered(begin)) return;
-  OnConflict("an EPISODE_BEGIN that is not this sim's: is a second sim on this bus, or a log being played?");
+void SimComponent::OnForeign(const std::string& what) {
+  OnConflict(what + " that is not this sim's: is a second sim on this bus, or a log being played?");
 }
 
 void SimComponent::OnOwnState(std::span<const uint8_t> data) {
@@ -107,12 +93,11 @@ void SimComponent::OnOwnState(std::span<const uint8_t> data) {
   // A foreign STATE of a later tick is a conflict, because components that answer it will not answer this
   // sim's. Two different STATEs of one tick are detected by the metrics process.
   if (phase_ == Phase::kRunning && header.tick <= state_.header.tick) return;
-  OnConflict("a STATE that is not this sim's: is a second sim on this bus, or a log being played?");
+  OnForeign("a STATE");
 }
 
 void SimComponent::OnOwnEnd(const episode_end_t& end) {
-  if (phase_ == Phase::kIdle || !IsOurs(end.header)) return;
-  OnConflict("an EPISODE_END that is not this sim's: is a second sim on this bus, or a log being played?");
+  if (phase_ != Phase::kIdle && IsOurs(end.header)) OnForeign("an EPISODE_END");
 }
 
 void SimComponent::OnConflict(const std::string& what) {
@@ -127,20 +112,15 @@ void SimComponent::OnConflict(const std::string& what) {
 void SimComponent::BeginNext() {
   command_ = queue_.front();
   queue_.pop_front();
-  begin_ = {};
-  begin_.header.episode = command_.episode;
-  begin_.header.attempt = command_.attempt;
-  begin_.seed = command_.seed;
-  EnterEpisode(begin_);
-  readiness_.Begin(command_, status_.instance);
+  BeginEpisode(command_);
   detector_.Start();
   conflict_.clear();
-  const Variation& variation = scene_.task.variation(scene_.variation);
+  const Variation& variation = prepared_.task.variation(prepared_.variation);
   std::vector<Parameter> parameters = world_.Reset(command_.seed, variation, options_.seed_stream);
   if (!variation.appearance.empty()) {
     // Renderers compute the same changes from the seed. Here, they are computed only to record the
     // parameters.
-    const ModelPtr drawn(mj_copyModel(nullptr, scene_.scene.visual.get()));
+    const ModelPtr drawn(mj_copyModel(nullptr, prepared_.scene.visual.get()));
     const std::vector<Parameter> seen = RandomizeAppearance(variation, command_.seed, drawn.get());
     parameters.insert(parameters.end(), seen.begin(), seen.end());
   }
@@ -152,18 +132,6 @@ void SimComponent::BeginNext() {
   begin_.num_parameters = static_cast<int32_t>(begin_.parameter_name.size());
   phase_ = Phase::kWaiting;
   AnnounceEpisode();
-}
-
-void SimComponent::AnnounceEpisode() {
-  PublishModel();
-  bus().Publish(channels::kEpisodeBegin, begin_);
-  announcement_.MarkSent(steady_clock::now());
-}
-
-void SimComponent::PublishModel() {
-  bus().Publish(channels::kModel, scene_.info);
-  model_.MarkSent(steady_clock::now());
-  model_published_sim_us_ = phase_ == Phase::kRunning ? state_.header.sim_time_us : 0;
 }
 
 void SimComponent::OnStatus(const component_status_t& status) {
@@ -310,13 +278,7 @@ void SimComponent::AdvanceRealtime(SteadyTime now) {
 }
 
 void SimComponent::End(std::string reason, std::string detail) {
-  // The success is final. Another reason for the end concerns only the time after it and is added to the
-  // detail.
-  if (success_us_ && reason != end_reason::kSuccess && reason != end_reason::kAborted &&
-      reason != end_reason::kServerError) {
-    detail = fmt::format("after the success: {}{}{}", reason, detail.empty() ? "" : ", ", detail);
-    reason = end_reason::kSuccess;
-  }
+  if (success_us_) KeepSuccess(&reason, &detail);
   phase_ = Phase::kIdle;
   end_ = {};
   end_.header = state_.header;
@@ -328,33 +290,22 @@ void SimComponent::End(std::string reason, std::string detail) {
     end_.action_latency = action_latency_.Distribution();
     end_.partial_latency = partial_latency_.Distribution();
   }
-  const std::string text = reason + (detail.empty() ? "" : ": " + detail);
   if (reason == end_reason::kAborted) {
-    log().Warn("ends, {}", text);
+    log().Warn("{}", EndText());
   } else {
-    log().Info("ends, {}", text);
+    log().Info("{}", EndText());
   }
   if (deadline_misses_ + end_.late_ticks > 0) {
     log().Warn("{} without an ACTION in time, {} late by a whole tick or more",
                Plural(deadline_misses_, "tick"), end_.late_ticks);
   }
-  unanswered_end_.MarkSent(steady_clock::now());
-  bus().Publish(channels::kEpisodeEnd, end_);
-  status_.state = component_status_t::IDLE;
-  status_.last_finished_episode = status_.episode;
-  PublishStatus();
+  PublishEnd();
   if (options_.episodes == 0 && !queue_.empty()) BeginNext();
 }
 
 void SimComponent::Poll(SteadyTime now) {
-  Component::Poll(now);
-  if (phase_ == Phase::kWaiting && announcement_.Due(now)) AnnounceEpisode();
-  // EPISODE_END is repeated, because the recorder, the launcher or metrics may have missed it.
-  if (phase_ == Phase::kIdle && status_.last_finished_episode >= 0 && unanswered_end_.Due(now)) {
-    log().Info("resending EPISODE_END until the next episode begins");
-    unanswered_end_.MarkSent(now);
-    bus().Publish(channels::kEpisodeEnd, end_);
-  }
+  if (IsEndDue(now)) log().Info("resending EPISODE_END until the next episode begins");
+  EpisodeComponent::Poll(now);
   if (phase_ != Phase::kRunning) return;
   if (options_.realtime) {
     AdvanceRealtime(now);
@@ -362,17 +313,13 @@ void SimComponent::Poll(SteadyTime now) {
     CheckAnswerTimeouts(now);
   }
   // MODEL is published after a repeated STATE, because in a small receive buffer it could displace the STATE.
-  if (phase_ == Phase::kRunning &&
-      (model_.Due(now) || state_.header.sim_time_us - model_published_sim_us_ >= kRepeatModelSimUs))
-    PublishModel();
+  if (phase_ == Phase::kRunning) RepeatModel(now);
 }
 
 void SimComponent::CheckAnswerTimeouts(SteadyTime now) {
   const int64_t tick = state_.header.tick;
   const auto waited = tick_.wait.Elapsed(now);
-  // PARTIAL requires CONTACTS. The STATUS of collision shows which of the two is missing.
-  const auto& [lacking, from] = readiness_.LastTick("collision") < tick ? std::pair("CONTACTS", "collision")
-                                                                        : std::pair("PARTIAL", "metrics");
+  const auto [lacking, from] = MissingScore(tick);
   if (!(tick_.has_action && tick_.verdict) && unanswered_state_.Due(now)) {
     const double waited_s = std::chrono::duration<double>(waited).count();
     if (tick_.verdict) {

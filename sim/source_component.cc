@@ -15,7 +15,6 @@
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/source.h"
 #include "sim/jpeg_check.h"
-#include "sim/repeat_periods.h"
 
 namespace evalbus::sim {
 namespace {
@@ -146,21 +145,14 @@ std::string SourceComponent::Running::Faults() const {
 }
 
 SourceComponent::SourceComponent(Bus* bus, SimOptions options)
-    : Component(bus, "sim"),
+    : EpisodeComponent(bus, WithoutPhysics(options)),
       options_(WithoutPhysics(std::move(options))),
-      prepared_(PrepareScene(options_)),
       tick_s_(ControlPeriod(prepared_.info)),
       opening_(FixedOpenings(options_.gripper, prepared_.info)),
       has_contacts_(options_.contacts == contacts_from::kSource),
-      map_(MapOf(options_)),
-      announcement_(kAnnouncePeriod),
-      model_(kRepeatModel),
-      unanswered_state_(kRepeatUnanswered),
-      unanswered_end_(kRepeatUnanswered) {
-  prepared_.info.session = bus->session();
+      map_(MapOf(options_)) {
   if (has_contacts_ || map_) names_.emplace(prepared_.info);
   if (map_) CheckMap(*map_, prepared_.info, *names_);
-  for (const std::string& warning : prepared_.scene.warnings) log().Warn("{}", warning);
   bus->Subscribe(channels::kSourceAnnouncement,
                  [this](const source_announcement_t& m) { OnAnnouncement(m); });
   bus->Subscribe(channels::kSourceState, [this](const source_state_t& m) { OnSample(m); });
@@ -172,8 +164,6 @@ SourceComponent::SourceComponent(Bus* bus, SimOptions options)
   bus->Subscribe(channels::kCommand, [this](const command_t& m) { OnCommand(m); });
   bus->Subscribe(channels::kStatus, [this](const component_status_t& m) { OnStatus(m); });
   bus->Subscribe(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
-  bus->Subscribe(channels::kModel, [this](const model_info_t&) { OnOwnModel(); });
-  bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnOwnBegin(m); });
 }
 
 void SourceComponent::OnAnnouncement(const source_announcement_t& announcement) {
@@ -284,40 +274,16 @@ void SourceComponent::OnCommand(const command_t& command) {
 
 void SourceComponent::BeginIfMet() {
   if (!source_announcement_ || !command_) return;
-  begin_ = {};
-  begin_.header.episode = command_->episode;
-  begin_.header.attempt = command_->attempt;
-  begin_.seed = command_->seed;
-  EnterEpisode(begin_);
-  readiness_.Begin(*command_, status_.instance);
+  BeginEpisode(*command_);
   command_.reset();
   running_.reset();
   phase_ = Phase::kWaiting;
   AnnounceEpisode();
 }
 
-void SourceComponent::AnnounceEpisode() {
-  PublishModel();
-  bus().Publish(channels::kEpisodeBegin, begin_);
-  announcement_.MarkSent(steady_clock::now());
-}
-
-void SourceComponent::PublishModel() {
-  bus().Publish(channels::kModel, prepared_.info);
-  model_.MarkSent(steady_clock::now());
-  model_published_sim_us_ = running_ && running_->state ? running_->state->header.sim_time_us : 0;
-}
-
-void SourceComponent::OnOwnModel() {
-  if (phase_ == Phase::kIdle || std::ranges::equal(bus().handled(), model_bytes_)) return;
+void SourceComponent::OnForeign(const std::string& what) {
   End(end_reason::kAborted,
-      "a MODEL that 'evalbus watch' did not publish: is a sim on this bus, or a log being played?");
-}
-
-void SourceComponent::OnOwnBegin(const episode_begin_t& begin) {
-  if (phase_ == Phase::kIdle || HasEntered(begin)) return;
-  End(end_reason::kAborted,
-      "an EPISODE_BEGIN that 'evalbus watch' did not publish: is a sim on this bus, or a log being played?");
+      what + " that 'evalbus watch' did not publish: is a sim on this bus, or a log being played?");
 }
 
 void SourceComponent::OnStatus(const component_status_t& status) {
@@ -689,16 +655,10 @@ void SourceComponent::OnPartial(const partial_metrics_t& partial) {
 }
 
 void SourceComponent::End(std::string reason, std::string detail, bool lacks_tick) {
-  const bool aborted = reason == end_reason::kAborted;
   end_ = {};
   end_.header = running_ && running_->state ? running_->state->header : begin_.header;
   if (running_) {
-    // The success is final. Another reason for the end concerns only the time after it and is added to the
-    // detail.
-    if (running_->success_us && reason != end_reason::kSuccess && !aborted) {
-      detail = fmt::format("after the success: {}{}{}", reason, detail.empty() ? "" : ", ", detail);
-      reason = end_reason::kSuccess;
-    }
+    if (running_->success_us) KeepSuccess(&reason, &detail);
     if (const std::string faults = running_->Faults(); !faults.empty()) {
       detail += (detail.empty() ? "" : "; ") + faults;
     }
@@ -714,29 +674,18 @@ void SourceComponent::End(std::string reason, std::string detail, bool lacks_tic
   phase_ = Phase::kIdle;
   end_.end_reason = reason;
   end_.detail = detail;
-  const std::string text = reason + (detail.empty() ? "" : ": " + detail);
   if (detail.empty()) {
-    log().Info("ends, {}", text);
+    log().Info("{}", EndText());
   } else {
-    log().Warn("ends, {}", text);
+    log().Warn("{}", EndText());
   }
-  unanswered_end_.MarkSent(steady_clock::now());
-  bus().Publish(channels::kEpisodeEnd, end_);
-  status_.state = component_status_t::IDLE;
-  status_.last_finished_episode = status_.episode;
-  PublishStatus();
+  PublishEnd();
 }
 
 void SourceComponent::Poll(SteadyTime now) {
-  Component::Poll(now);
-  if (phase_ == Phase::kWaiting && announcement_.Due(now)) AnnounceEpisode();
-  if (phase_ == Phase::kIdle && status_.last_finished_episode >= 0 && unanswered_end_.Due(now)) {
-    unanswered_end_.MarkSent(now);
-    bus().Publish(channels::kEpisodeEnd, end_);
-  }
+  EpisodeComponent::Poll(now);
   if (phase_ != Phase::kRunning) return;
-  const int64_t time_us = running_ && running_->state ? running_->state->header.sim_time_us : 0;
-  if (model_.Due(now) || time_us - model_published_sim_us_ >= kRepeatModelSimUs) PublishModel();
+  RepeatModel(now);
   CheckAnswerTimeouts(now);
 }
 
@@ -760,8 +709,7 @@ void SourceComponent::CheckAnswerTimeouts(SteadyTime now) {
   const int64_t tick = r.state->header.tick;
   const std::string laggard = readiness_.Lagging(tick);
   if (has_all && laggard.empty()) return;
-  const auto& [lacking, from] = readiness_.LastTick("collision") < tick ? std::pair("CONTACTS", "collision")
-                                                                        : std::pair("PARTIAL", "metrics");
+  const auto [lacking, from] = MissingScore(tick);
   if (!has_all && unanswered_state_.Due(now)) {
     log().Warn("no {} from {} for tick {}: resending STATE", lacking, from, tick);
     unanswered_state_.MarkSent(now);

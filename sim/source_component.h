@@ -14,12 +14,10 @@
 #include <string_view>
 #include <vector>
 
-#include "bus/component.h"
-#include "bus/repeater.h"
 #include "bus/wait.h"
+#include "sim/episode_component.h"
 #include "sim/measured_scene.h"
 #include "sim/named_contacts.h"
-#include "sim/readiness_tracker.h"
 #include "sim/sample_ticks.h"
 #include "sim/source_map.h"
 
@@ -29,21 +27,14 @@ namespace evalbus::sim {
 // launcher can check them before it starts the source's process.
 void CheckSourceOptions(const SimOptions& options, const model_info_t& info);
 
-class SourceComponent : public Component {
+class SourceComponent : public EpisodeComponent {
  public:
-  // Prepares the scene (PrepareScene) and throws its errors. Also throws InputError for invalid options of
-  // the source.
+  // Also throws InputError for invalid options of the source.
   SourceComponent(Bus* bus, SimOptions options);
 
   void Poll(SteadyTime now) override;
-  bool done() const override { return done_; }
 
  private:
-  enum class Phase {
-    kIdle,     // between episodes
-    kWaiting,  // EPISODE_BEGIN was published; not all components are ready
-    kRunning,  // all are ready; the next episode of the source is scored as this one
-  };
   // A queued SOURCE_STATE or image, or the record that one was refused.
   struct Arrived {
     // Index among the source's episodes, in the order of arrival.
@@ -112,8 +103,7 @@ class SourceComponent : public Component {
   void OnContacts(const source_contacts_t& contacts);
   void OnImage(std::string_view channel, std::span<const uint8_t> data);
   void OnPartial(const partial_metrics_t& partial);
-  void OnOwnModel();
-  void OnOwnBegin(const episode_begin_t& begin);
+  void OnForeign(const std::string& what) override;
 
   // Returns the announced quantities by the task's names. Throws InputError if options_.map has a name that
   // the source does not announce.
@@ -121,8 +111,6 @@ class SourceComponent : public Component {
   // Throws InputError if the announcement does not fit the task.
   void Meet(const source_announcement_t& announcement);
   void BeginIfMet();
-  void AnnounceEpisode();
-  void PublishModel();
   // Returns a description of what is wrong with a sample of the newest episode, or with an image. Empty if it
   // is valid.
   std::string FaultOf(const source_state_t& message, Sample* sample) const;
@@ -146,9 +134,11 @@ class SourceComponent : public Component {
   void End(std::string reason, std::string detail = "", bool lacks_tick = false);
   std::string source() const { return prepared_.info.source; }
   int64_t TimeOf(int64_t tick) const { return TickUs(tick, tick_s_); }
+  int64_t sim_time_us() const override {
+    return running_ && running_->state ? running_->state->header.sim_time_us : 0;
+  }
 
   SimOptions options_;
-  PreparedScene prepared_;
   const double tick_s_;
   // Fixed opening of each gripper that is not measured; nullopt for a measured gripper.
   std::vector<std::optional<double>> opening_;
@@ -164,14 +154,8 @@ class SourceComponent : public Component {
   std::unique_ptr<MeasuredScene> scene_;
   std::optional<source_announcement_t> source_announcement_;
   std::vector<uint8_t> source_announcement_bytes_;
-  std::vector<uint8_t> model_bytes_;
 
-  Phase phase_ = Phase::kIdle;
-  bool done_ = false;
   std::optional<command_t> command_;
-  episode_begin_t begin_{};
-  episode_end_t end_{};
-  ReadinessTracker readiness_;
 
   // Indices of the source's episodes, counted from 0: the newest one received, and the last finished one.
   int64_t newest_episode_ = -1, finished_ = -1;
@@ -189,9 +173,6 @@ class SourceComponent : public Component {
   std::optional<Running> running_;
   bool unknown_told_ = false;
   bool unit_is_checked_ = false;
-
-  Repeater announcement_, model_, unanswered_state_, unanswered_end_;
-  int64_t model_published_sim_us_ = 0;
 };
 
 }  // namespace evalbus::sim

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "base/run_layout.h"
 #include "base/text.h"
 #include "cli/commands/commands.h"
 #include "metrics/statistics/power.h"

@@ -1,7 +1,6 @@
 // Implements `evalbus render`, which renders videos of episodes from their logs.
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>

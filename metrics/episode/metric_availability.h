@@ -16,7 +16,6 @@ class MetricAvailability {
  public:
   MetricAvailability(const model_info_t& model, const TaskEvaluator& evaluator);
 
-  bool everything() const { return everything_; }
   void MaskUnavailable(metric_values_t* values) const;
   void MaskUnavailable(extended_metrics_t* values) const;
 

@@ -155,10 +155,10 @@ inline Interval IntervalOfDifference(std::span<const double> a, std::span<const 
         std::pow(error_a + error_b, 2) / (error_a * error_a / (n_a - 1) + error_b * error_b / (n_b - 1));
     return StudentInterval(Mean(a) - Mean(b), std::sqrt(error_a + error_b), degrees_of_freedom);
   }
+  Moments moments;
+  moments.Add(a, 1 / static_cast<double>(a.size()));
+  moments.Add(b, -1 / static_cast<double>(b.size()));
   if (std::min(a.size(), b.size()) > kMaxToResample) {
-    Moments moments;
-    moments.Add(a, 1 / static_cast<double>(a.size()));
-    moments.Add(b, -1 / static_cast<double>(b.size()));
     return EdgeworthInterval(Mean(a) - Mean(b), std::sqrt(moments.squares), moments.acceleration());
   }
   Resampler resampler;
@@ -167,9 +167,6 @@ inline Interval IntervalOfDifference(std::span<const double> a, std::span<const 
     const double mean_a = resampler.Mean(a);
     difference = mean_a - resampler.Mean(b);
   }
-  Moments moments;
-  moments.Add(a, 1 / static_cast<double>(a.size()));
-  moments.Add(b, -1 / static_cast<double>(b.size()));
   return BcaInterval(std::move(differences), Mean(a) - Mean(b), moments.acceleration(), tie);
 }
 

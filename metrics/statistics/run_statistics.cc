@@ -265,27 +265,20 @@ const std::vector<double>& RunStatistics::Values::Ascending() const {
 
 void RunStatistics::Add(int episode, const EpisodeResult& result, int task) {
   Entry& entry = episodes_[episode];
-  for (const auto& [index, value] : entry.values) values_[index].Remove(value);
+  for (const auto& [index, value] : entry.numbers) values_[index].Remove(value);
   entry = {};
   entry.task = task;
-  entry.complete = result.complete;
-  entry.invalid = result.invalid;
-  if (!result.complete) return;
-  entry.success = result.success;
-  entry.decided_at_start = result.decided_at_start;
-  entry.failure_reason = result.failure_reason;
-  entry.collisions = result.collisions;
-  entry.stages = result.stages;
-  entry.slips = result.slips;
-  entry.parameters = result.parameters;
-  entry.seen_in_training = result.seen_in_training;
-  entry.is_start_known = result.is_start_known;
-  entry.final_poses = result.final_poses;
+  if (!result.complete) {
+    entry.invalid = result.invalid;
+    return;
+  }
+  static_cast<EpisodeResult&>(entry) = result;
+  entry.values.clear();
   for (const auto& [name, value] : result.values) {
     if (IsOfSuccessesOnly(name)) entry.time_s = value;
     if (IsOfSuccessesOnly(name) && !result.success) continue;
     const size_t index = Index(name);
-    entry.values.emplace_back(index, value);
+    entry.numbers.emplace_back(index, value);
     values_[index].Add(value);
   }
 }

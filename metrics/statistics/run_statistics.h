@@ -205,18 +205,11 @@ class RunStatistics {
   RunSummary Summary(bool with_bootstrap) const;
 
  private:
-  struct Entry {
+  // Result of an episode, without its values. If the episode is incomplete, only `complete` and `invalid` are
+  // set.
+  struct Entry : EpisodeResult {
     int task = 0;
-    bool complete = false, invalid = false, success = false, decided_at_start = false;
-    std::string failure_reason;
-    std::vector<std::pair<size_t, double>> values;  // index in names_, and value
-    std::vector<std::pair<int, bool>> stages;
-    std::vector<int64_t> slips;
-    std::map<std::string, int64_t> collisions;
-    NamedNumbers parameters;
-    std::optional<bool> seen_in_training;
-    bool is_start_known = false;
-    NamedPoses final_poses;
+    std::vector<std::pair<size_t, double>> numbers;  // index in names_, and value
     // Completion time; also set if the episode did not succeed.
     double time_s = 0;
     bool operator==(const Entry&) const = default;

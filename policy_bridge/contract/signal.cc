@@ -16,24 +16,16 @@ namespace {
 
 using Reader = std::function<void(const state_t&, std::vector<double>*)>;
 
-struct RotationSignal {
-  const char* name;
-  RotationForm form;
-};
-constexpr RotationSignal kRotations[] = {
-    {"quaternion_wxyz", RotationForm::kQuaternionWxyz},
-    {"quaternion_xyzw", RotationForm::kQuaternionXyzw},
-    {"axis_angle_rad", RotationForm::kAxisAngle},
-    {"axis_angle_robosuite_rad", RotationForm::kAxisAngleRobosuite},
-    {"euler_xyz_extrinsic_rad", RotationForm::kEulerXyzExtrinsic},
-    {"euler_xyz_intrinsic_rad", RotationForm::kEulerXyzIntrinsic},
-    {"rotation_6d", RotationForm::kRotation6d},
-    {"rotation_6d_interleaved", RotationForm::kRotation6dInterleaved},
-    {"rotation_6d_rows", RotationForm::kRotation6dRows},
-};
+// Returns the signal's name of a rotation: the form's name and, if its values are angles, their unit.
+std::string SignalName(const Named<RotationForm>& rotation) {
+  const std::string name = rotation.name;
+  return name + (name.starts_with("axis_angle") || name.starts_with("euler") ? "_rad" : "");
+}
 
 std::vector<std::string> WithRotations(std::vector<std::string> names) {
-  for (const RotationSignal& rotation : kRotations) names.emplace_back(rotation.name);
+  for (const auto& rotation : kRotationForms) {
+    if (rotation.value != RotationForm::kNone) names.push_back(SignalName(rotation));
+  }
   return names;
 }
 
@@ -48,8 +40,8 @@ Reader PoseReader(const std::string& what, const std::function<Eigen::Isometry3d
       values->insert(values->end(), position.begin(), position.end());
     };
   }
-  const auto found = std::ranges::find(kRotations, what, &RotationSignal::name);
-  return [rotation, form = found->form](const state_t& state, std::vector<double>* values) {
+  const auto found = std::ranges::find(kRotationForms, what, SignalName);
+  return [rotation, form = found->value](const state_t& state, std::vector<double>* values) {
     const size_t size = values->size();
     values->resize(size + static_cast<size_t>(NumValues(form)));
     WriteRotation(form, rotation(state), std::span(*values).subspan(size));

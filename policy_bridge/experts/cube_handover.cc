@@ -5,7 +5,6 @@
 #include <optional>
 #include <vector>
 
-#include "base/errors.h"
 #include "policy_bridge/experts/experts.h"
 
 namespace evalbus::policy {

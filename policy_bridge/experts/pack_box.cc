@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "base/angles.h"
-#include "base/errors.h"
 #include "policy_bridge/experts/experts.h"
 
 namespace evalbus::policy {

@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "base/angles.h"
-#include "base/errors.h"
 #include "policy_bridge/experts/experts.h"
 
 namespace evalbus::policy {

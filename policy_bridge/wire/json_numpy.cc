@@ -88,45 +88,27 @@ class Reader : public nlohmann::json_sax<Json> {
  public:
   Value Take() { return tree_.Take(); }
 
-  bool null() override { return Add(nullptr); }
-  bool boolean(bool truth) override { return Add(truth); }
-  bool number_integer(int64_t number) override { return Add(number); }
+  bool null() override { return tree_.Add(nullptr); }
+  bool boolean(bool truth) override { return tree_.Add(truth); }
+  bool number_integer(int64_t number) override { return tree_.Add(number); }
   bool number_unsigned(uint64_t number) override {
     if (number > std::numeric_limits<int64_t>::max())
       RefuseJson(fmt::format("{} is too large an integer", number));
-    return Add(static_cast<int64_t>(number));
+    return tree_.Add(static_cast<int64_t>(number));
   }
-  bool number_float(double number, const std::string&) override { return Add(number); }
-  bool string(std::string& text) override { return Add(std::move(text)); }
+  bool number_float(double number, const std::string&) override { return tree_.Add(number); }
+  bool string(std::string& text) override { return tree_.Add(std::move(text)); }
   bool binary(Json::binary_t&) override { return false; }  // JSON has none
-  bool start_object(size_t) override { return Open(Map{}); }
-  bool key(std::string& key) override {
-    tree_.SetKey(std::move(key));
-    return true;
-  }
-  bool end_object() override {
-    tree_.CloseMap(JsonMeaning);
-    return true;
-  }
-  bool start_array(size_t) override { return Open(List{}); }
-  bool end_array() override {
-    tree_.CloseList();
-    return true;
-  }
+  bool start_object(size_t) override { return tree_.Open(Map{}); }
+  bool key(std::string& key) override { return tree_.SetKey(std::move(key)); }
+  bool end_object() override { return tree_.CloseMap(JsonMeaning); }
+  bool start_array(size_t) override { return tree_.Open(List{}); }
+  bool end_array() override { return tree_.CloseList(); }
   bool parse_error(size_t position, const std::string&, const nlohmann::detail::exception&) override {
     RefuseJson(fmt::format("malformed at byte {}", position));
   }
 
  private:
-  bool Open(Value container) {
-    tree_.Open(std::move(container));
-    return true;
-  }
-  bool Add(Value value) {
-    tree_.Add(std::move(value));
-    return true;
-  }
-
   TreeBuilder tree_{"JSON"};
 };
 

@@ -177,12 +177,10 @@ class Builder : public msgpack::null_visitor {
   bool visit_float32(float number) { return Add(static_cast<double>(number)); }
   bool visit_float64(double number) { return Add(number); }
   bool visit_str(const char* text, uint32_t size) {
-    if (is_key_) return SetKey(text, size);
-    return Add(std::string(text, size));
+    return is_key_ ? tree_.SetKey({text, size}) : tree_.Add(std::string(text, size));
   }
   bool visit_bin(const char* bytes, uint32_t size) {
-    if (is_key_) return SetKey(bytes, size);
-    return Add(Bytes(bytes, bytes + size));
+    return is_key_ ? tree_.SetKey({bytes, size}) : tree_.Add(Bytes(bytes, bytes + size));
   }
   bool visit_ext(const char*, uint32_t) {
     RefuseMsgpack("an extension type, which this wire does not support");
@@ -190,41 +188,28 @@ class Builder : public msgpack::null_visitor {
 
   // Ignores the announced number of elements. Memory is allocated only for elements that have arrived.
   bool start_array(uint32_t) { return Open(List()); }
-  bool end_array() {
-    tree_.CloseList();
-    return true;
-  }
+  bool end_array() { return tree_.CloseList(); }
   bool start_map(uint32_t) { return Open(Map()); }
   bool start_map_key() { return is_key_ = true; }
   bool end_map_key() {
     is_key_ = false;
     return true;
   }
-  bool end_map() {
-    tree_.CloseMap(MsgpackMeaning);
-    return true;
-  }
+  bool end_map() { return tree_.CloseMap(MsgpackMeaning); }
   void insufficient_bytes(size_t, size_t) { RefuseMsgpack("it is truncated"); }
   void parse_error(size_t, size_t at) { RefuseMsgpack(fmt::format("no valid value starts at byte {}", at)); }
 
   Value Take() { return tree_.Take(); }
 
  private:
-  bool SetKey(const char* text, uint32_t size) {
-    tree_.SetKey({text, size});
-    return true;
-  }
-
   bool Open(Value container) {
     CheckKey(container);
-    tree_.Open(std::move(container));
-    return true;
+    return tree_.Open(std::move(container));
   }
 
   bool Add(Value value) {
     CheckKey(value);
-    tree_.Add(std::move(value));
-    return true;
+    return tree_.Add(std::move(value));
   }
 
   void CheckKey(const Value& value) const {

@@ -14,12 +14,13 @@ constexpr int kShownKey = 100;  // characters
 
 }  // namespace
 
-void TreeBuilder::Open(Value container) {
+bool TreeBuilder::Open(Value container) {
   if (open_.size() == kMaxLevels) Refuse("more than 32 levels");
   open_.push_back({std::move(container), {}});
+  return true;
 }
 
-void TreeBuilder::Add(Value value) {
+bool TreeBuilder::Add(Value value) {
   if (++num_values_ > kMaxValues) Refuse("more than a million values");
   if (open_.empty()) {
     whole_ = std::move(value);
@@ -28,13 +29,12 @@ void TreeBuilder::Add(Value value) {
   } else {
     parent.value.As<Map>()->emplace_back(std::move(parent.key), std::move(value));
   }
+  return true;
 }
 
-void TreeBuilder::CloseList() { Close(std::move(open_.back().value)); }
-
-void TreeBuilder::Close(Value value) {
+bool TreeBuilder::Close(Value value) {
   open_.pop_back();
-  Add(std::move(value));
+  return Add(std::move(value));
 }
 
 void TreeBuilder::CheckKeys(const Map& map) const {

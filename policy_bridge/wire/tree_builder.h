@@ -11,21 +11,26 @@ namespace evalbus::policy {
 // Throws ServerError (kProtocol), with a text that begins with the format's name, for more than 32 levels,
 // more than a million values, or a map that contains a key twice. A typical reply has a few dozen values on
 // four levels. The limits are necessary, because a value may need a hundred times its encoded size in memory.
+//
+// The functions that handle an event return true, so that the parsers continue.
 class TreeBuilder {
  public:
   explicit TreeBuilder(const char* format) : format_(format) {}
 
   // Opens a list or a map.
-  void Open(Value container);
+  bool Open(Value container);
   // Sets the key of the next value of the open map.
-  void SetKey(std::string key) { open_.back().key = std::move(key); }
-  void Add(Value value);
-  void CloseList();
+  bool SetKey(std::string key) {
+    open_.back().key = std::move(key);
+    return true;
+  }
+  bool Add(Value value);
+  bool CloseList() { return Close(std::move(open_.back().value)); }
   // Closes the open map, and replaces it by meaning(map): the value that the map represents.
   template <class Meaning>
-  void CloseMap(const Meaning& meaning) {
+  bool CloseMap(const Meaning& meaning) {
     CheckKeys(*open_.back().value.As<Map>());
-    Close(meaning(std::move(*open_.back().value.As<Map>())));
+    return Close(meaning(std::move(*open_.back().value.As<Map>())));
   }
 
   Value Take() { return std::move(whole_); }
@@ -36,7 +41,7 @@ class TreeBuilder {
     std::string key;
   };
 
-  void Close(Value value);
+  bool Close(Value value);
   void CheckKeys(const Map& map) const;
   [[noreturn]] void Refuse(const std::string& what) const;
 

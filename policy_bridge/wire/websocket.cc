@@ -15,7 +15,6 @@
 #include <mutex>
 #include <thread>
 
-#include "base/errors.h"
 #include "base/text.h"
 #include "policy_bridge/wire/url.h"
 

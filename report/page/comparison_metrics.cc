@@ -10,7 +10,6 @@
 #include "report/page/figures.h"
 #include "report/page/page.h"
 #include "report/page/ratio_axis.h"
-#include "report/page/scale.h"
 #include "results/comparison_text.h"
 #include "results/conclusion.h"
 

@@ -60,7 +60,7 @@ void ReasonCell(const RunSection& section, const results::RecordedEpisode& episo
 
 void StageCell(const results::RecordedEpisode& episode, Markup* html) {
   int stages = 0, reached = 0;
-  for (const auto& [index, is_reached] : episode.result.stages) {
+  for (const auto& [index, is_reached] : episode.stages) {
     ++stages;
     reached += is_reached;
   }

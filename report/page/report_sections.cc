@@ -13,7 +13,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 }  // namespace
 
 double ValueOf(const results::RecordedEpisode& episode, const std::string& metric) {
-  return episode.result.Find(metric).value_or(kNaN);
+  return episode.Find(metric).value_or(kNaN);
 }
 
 double FirstOf(const results::RecordedEpisode& episode, std::initializer_list<const char*> metrics) {

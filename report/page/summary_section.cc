@@ -8,7 +8,6 @@
 #include "lcmtypes/metric_catalog.h"
 #include "report/page/page.h"
 #include "report/page/report_sections.h"
-#include "report/page/scale.h"
 #include "results/pacing.h"
 #include "results/summary_table.h"
 

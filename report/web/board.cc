@@ -100,7 +100,7 @@ ordered_json SlipsPerGrasp(const results::RecordedRuns& runs) {
   for (const RecordedRun& run : runs.runs) {
     for (const results::RecordedEpisode& episode : run.episodes) {
       if (!episode.complete) continue;
-      for (const auto& [name, value] : episode.result.values) {
+      for (const auto& [name, value] : episode.values) {
         if (name == "slip_count") slips += value;
         if (name.starts_with("extended.grasp_count")) grasps += value;
       }

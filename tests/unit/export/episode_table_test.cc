@@ -43,8 +43,8 @@ TEST_F(EpisodeTableTest, HasOneLinePerEpisode) {
 
 TEST_F(EpisodeTableTest, StatesWhetherAStartWasSeenInTraining) {
   RecordedRuns run = Run("a", Info(2), {true, false}, 0.1);
-  run.runs[0].episodes[0].result.seen_in_training = true;
-  run.runs[0].episodes[1].result.seen_in_training = false;
+  run.runs[0].episodes[0].seen_in_training = true;
+  run.runs[0].episodes[1].seen_in_training = false;
   const std::string table = EpisodeTable(run.runs);
   EXPECT_NE(table.find(",complete,seen_in_training,completion_time,"), std::string::npos) << table;
   EXPECT_NE(table.find(",success,,1,1,0.1,"), std::string::npos) << table;

@@ -772,8 +772,7 @@ TEST_F(CompareTest, WithoutCompleteEpisodesThereIsNoDifference) {
   const RecordedRuns a = Run("a", Info(6), First(4, 6), 5);
   RecordedRuns none = Run("none", Info(6), First(6, 6), 6), also = Run("also", Info(6), First(6, 6), 6);
   for (RecordedRuns* runs : {&none, &also}) {
-    for (RecordedEpisode& episode : runs->runs[0].episodes)
-      episode.complete = episode.result.complete = false;
+    for (RecordedEpisode& episode : runs->runs[0].episodes) episode.complete = false;
   }
   const Comparison with_none = CompareRuns(none, a);
   const std::string text = ComparisonText(with_none, true);
@@ -800,7 +799,7 @@ RecordedRuns Suite(RecordedRuns first, const RecordedRuns& second) {
 TEST_F(CompareTest, RatesOverAllTasksCoverOnlyTasksThatBothSidesHave) {
   const RecordedRuns a = Suite(Run("a", Info(50), First(0, 50), 5), Run("c", Info(50), First(50, 50), 5));
   RecordedRuns b = Suite(Run("b", Info(50), First(0, 50), 5), Run("d", Info(50), First(0, 50), 5));
-  for (RecordedEpisode& episode : b.runs[1].episodes) episode.complete = episode.result.complete = false;
+  for (RecordedEpisode& episode : b.runs[1].episodes) episode.complete = false;
   const Comparison result = CompareRuns(b, a);
   EXPECT_TRUE(result.success.paired);
   EXPECT_EQ(result.success.trials, 50);
@@ -817,7 +816,7 @@ TEST_F(CompareTest, VerdictsOfDifferentTasksAreNotCompared) {
   RecordedRuns a = Suite(Run("a", Info(50), First(0, 50), 5), Run("c", Info(50), First(50, 50), 5));
   RecordedRuns b = Suite(Run("b", Info(50), First(0, 50), 5), Run("d", Info(50), First(0, 50), 5));
   for (RecordedRun* run : {&a.runs[0], &b.runs[1]}) {
-    for (RecordedEpisode& episode : run->episodes) episode.complete = episode.result.complete = false;
+    for (RecordedEpisode& episode : run->episodes) episode.complete = false;
   }
   const Comparison result = CompareRuns(b, a);
   EXPECT_EQ(result.success.trials, 0);

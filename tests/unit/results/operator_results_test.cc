@@ -72,8 +72,8 @@ TEST_F(OperatorResultsTest, SayWhenKappaIsUndefined) {
 // Episodes without an automatic verdict count in the operator's rate but not in the agreement.
 TEST_F(OperatorResultsTest, IncompleteEpisodesHaveNoAutomaticVerdict) {
   JudgedRun judged = Judged("a", First(2, 4), "sfsf");
-  judged.run.episodes[0].complete = judged.run.episodes[0].result.complete = false;
-  judged.run.episodes[1].failure_reason = judged.run.episodes[1].result.failure_reason = "not_judged";
+  judged.run.episodes[0].complete = false;
+  judged.run.episodes[1].failure_reason = "not_judged";
   const auto results = OperatorResults(judged.run, judged.verdicts);
   EXPECT_EQ(results[0].rates.judged, 4);
   EXPECT_EQ(results[0].rates.successes, 2);
@@ -121,9 +121,10 @@ TEST_F(OperatorResultsTest, ComparisonsHaveNoRemarksOnAutomaticResults) {
   b.run.unfinished = {4};
   b.run.cut_line = 5;
   RecordedEpisode& invalid = b.run.episodes[0];
-  invalid.complete = invalid.result.complete = false;
+  invalid.complete = false;
+  invalid.invalid = true;
   invalid.end_reason = "server_error";
-  b.run.episodes[1].result.decided_at_start = true;
+  b.run.episodes[1].decided_at_start = true;
   const auto comparison = CompareByOperator(b, a, "ann");
   ASSERT_TRUE(comparison);
   EXPECT_EQ(comparison->success.trials, 3);

@@ -20,9 +20,9 @@ RecordedRuns Policy(const std::string& name, const std::vector<bool>& outcomes) 
     RecordedEpisode episode;
     episode.episode = static_cast<int>(i);
     episode.seed = static_cast<int64_t>(i);
-    episode.complete = episode.result.complete = true;
-    episode.success = episode.result.success = outcomes[i];
-    episode.result.parameters = {{"pot_x_m", static_cast<double>(i)}};
+    episode.complete = true;
+    episode.success = outcomes[i];
+    episode.parameters = {{"pot_x_m", static_cast<double>(i)}};
     run.episodes.push_back(episode);
   }
   run.planned = static_cast<int>(outcomes.size());
@@ -70,8 +70,7 @@ TEST(Ranking, MostSuccessfulFirstWithLetters) {
 
 TEST(Ranking, PoliciesWithoutVerdictsAreLast) {
   RecordedRuns nothing = Policy("nothing", First(0, 50));
-  for (RecordedEpisode& episode : nothing.runs[0].episodes)
-    episode.complete = episode.result.complete = false;
+  for (RecordedEpisode& episode : nothing.runs[0].episodes) episode.complete = false;
   const RecordedRuns worse = Policy("worse", First(10, 50)), better = Policy("better", First(45, 50));
   // If no rate counted as equal to every other rate, a policy in between would keep these two apart.
   const std::vector<RankedRun> ranking = Rank({worse, nothing, better});
@@ -99,8 +98,7 @@ TEST(Ranking, HeadlineHasTheRatesAndTheComparisons) {
 
 TEST(Ranking, HeadlineNamesPoliciesWithoutACompleteEpisode) {
   RecordedRuns nothing = Policy("nothing", First(0, 50));
-  for (RecordedEpisode& episode : nothing.runs[0].episodes)
-    episode.complete = episode.result.complete = false;
+  for (RecordedEpisode& episode : nothing.runs[0].episodes) episode.complete = false;
   const RecordedRuns base = Policy("base", First(10, 50)), better = Policy("a", First(45, 50));
   EXPECT_EQ(RankingHeadline(Rank({base, better, nothing}), CompareAll({better, nothing}, base)),
             "a 90 %, base 20 %, nothing –; a is better than base; nothing has no complete episode");

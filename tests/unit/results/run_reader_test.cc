@@ -78,7 +78,7 @@ TEST_F(RunReaderTest, EqualEpisodesAreRemarked) {
 
 TEST_F(RunReaderTest, ParametersAreNumbers) {
   EXPECT_EQ(ErrorOfLines(Line(0) + Line(1, "parameters", {{"pot_x_m", 0.5}})), "read");
-  EXPECT_EQ(ReadRun(run_).episodes[1].result.parameters, (metrics::NamedNumbers{{"pot_x_m", 0.5}}));
+  EXPECT_EQ(ReadRun(run_).episodes[1].parameters, (metrics::NamedNumbers{{"pot_x_m", 0.5}}));
   EXPECT_EQ(ErrorOfLines(Line(0, "parameters", "none")),
             "run/episodes.jsonl:1: \"parameters\" is \"none\", expected an object");
   EXPECT_EQ(ErrorOfLines(Line(0, "parameters", {{"pot_x_m", "far"}})),

@@ -106,9 +106,9 @@ ReportRun SomeRun() {
     episode.complete = i < 3;
     episode.failure_reason = i < 2 ? "" : "timeout";
     episode.explanation = i == 2 ? "tilt of pot 27.4 deg > 20 deg" : "";
-    episode.result.values = {
+    episode.values = {
         {"completion_time", 4.25 + i}, {"extended.contact_time_s", 4.25 + i}, {"slip_count", 0}};
-    episode.result.stages = {{1, i == 0}};
+    episode.stages = {{1, i == 0}};
     run.episodes.push_back(episode);
     report.files.push_back({{}, {{"log", "episodes/000" + std::to_string(i) + "/events.lcmlog"}}});
   }
@@ -196,7 +196,7 @@ TEST(ReportPage, NumbersHaveAllTheirDigits) {
 TEST(ReportPage, TilesAndFiguresHaveTheCatalogsWordsAndUnits) {
   ReportRun run = SomeRun();
   for (int i = 0; i < 4; ++i) {
-    run.run.episodes[i].result.values.emplace_back("extended.min_clearance_m", 0.1 + 0.01 * i);
+    run.run.episodes[i].values.emplace_back("extended.min_clearance_m", 0.1 + 0.01 * i);
   }
   run.summary.metrics[1].mean = 0.12512;
   run.summary.metrics[1].std = 0.05;
@@ -324,7 +324,7 @@ TEST(ReportPage, HistogramHasABarForEachBinWithValues) {
 TEST(ReportPage, LabelsOfAScaleStayInTheFigure) {
   ReportRun run = SomeRun();
   for (size_t i = 0; i < 3; ++i) {
-    run.run.episodes[i].result.values[0].second = 0.1008 + 0.0004 * static_cast<double>(i);
+    run.run.episodes[i].values[0].second = 0.1008 + 0.0004 * static_cast<double>(i);
   }
   const Page page(PageOf({run}));
   const auto figures = page.All("svg", [](const XMLElement& svg) {
@@ -344,8 +344,8 @@ TEST(ReportPage, LabelsOfAScaleStayInTheFigure) {
 
 TEST(ReportPage, ValuesThatDifferByRoundingAreTheSameInEveryEpisode) {
   ReportRun run = SomeRun();
-  run.run.episodes[1].result.values[0].second = std::nextafter(4.25, 5);
-  run.run.episodes[2].result.values[0].second = 4.25;
+  run.run.episodes[1].values[0].second = std::nextafter(4.25, 5);
+  run.run.episodes[2].values[0].second = 4.25;
   const Page page(PageOf({run}));
   const auto notes = page.All("p", [](const XMLElement& p) {
     return TextOf(&p).starts_with(
@@ -366,7 +366,7 @@ TEST(ReportPage, NothingFromARunBecomesMarkup) {
   results::RecordedEpisode& failure = run.run.episodes[2];
   failure.failure_reason = failure.explanation = failure.end_reason = evil;
   run.files[2].videos = {{evil, Url(evil)}};
-  for (size_t i = 0; i < 2; ++i) run.run.episodes[i].result.values[0].first = evil;
+  for (size_t i = 0; i < 2; ++i) run.run.episodes[i].values[0].first = evil;
   run.curves[0].why = run.curves[0].events[0].text = run.curves[0].figures[0].name = evil;
   run.curves[0].figures[0].lines[0].name = run.curves[0].figures[0].unit = evil;
   const std::string html =
