@@ -427,6 +427,17 @@ bool CauseFinder::WasJustHeld(const ArmTouch& touch) const {
   });
 }
 
+// Returns true if a gripper of this arm had put the object down at most kInterruption before the contact, and
+// the object stayed there.
+bool CauseFinder::WasReleased(const ArmTouch& touch) const {
+  return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
+    return config_.object_entity[hold.object] == touch.pair.entity &&
+           config_.gripper_arm[hold.gripper] == touch.pair.arm && hold.opened && !HasFallen(hold) &&
+           hold.last_tick <= touch.first_tick &&
+           hold.last_tick >= touch.first_tick - Ticks(CauseCollisions::kInterruption);
+  });
+}
+
 // Returns whether the contact belongs to a grasp, because fingers touch the scene when they grasp an object
 // or put it down: the arm's gripper holds an object that the task requires, and this hold did not end more
 // than kInterruption before the contact.
@@ -446,8 +457,17 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
     const int64_t later = touch.first_tick + Ticks(kSameTime);
     const int64_t remaining = last_tick - touch.first_tick;
     const bool is_stuck = 2 * touch.pressed_ticks >= remaining && remaining >= Ticks(kStill);
-    if (!is_stuck && std::ranges::any_of(stage_tick_, [&](int64_t tick) { return tick > later; })) continue;
-    if (WasJustHeld(touch) || (!is_stuck && IsTouchOfGrasp(touch))) continue;
+    // An arm at rest may be in the way of an object that another arm pushes.
+    constexpr double kPushed = CauseCollisions::kPushed;
+    const bool pushes = object >= 0 && touch.is_active && touch.displacement >= kPushed &&
+                        touch.wrist_travel >= kPushed / 2 && AsksForHold(static_cast<size_t>(object)) &&
+                        !HeldAfter(touch.first_tick, object, -1) &&
+                        IsAboutAny(unmet, static_cast<size_t>(object));
+    const bool is_displaced = pushes && WasReleased(touch) && !StageAbout(static_cast<size_t>(object), later);
+    if (!is_stuck && !is_displaced &&
+        std::ranges::any_of(stage_tick_, [&](int64_t tick) { return tick > later; }))
+      continue;
+    if (!is_displaced && (WasJustHeld(touch) || (!is_stuck && IsTouchOfGrasp(touch)))) continue;
     // The arm that moved hit the other one.
     const bool is_with_arm =
         std::ranges::find(config_.arm_entity, touch.pair.entity) != config_.arm_entity.end();
@@ -456,11 +476,8 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
     if (object < 0 && !collisions_.knows_torque())
       is_collision |= touch.last_tick - touch.first_tick >= Ticks(kTouched);
     int64_t tick = touch.first_tick;
-    // An arm at rest may be in the way of an object that another arm pushes.
-    constexpr double kPushed = CauseCollisions::kPushed;
-    const bool pushes = touch.is_active && touch.displacement >= kPushed && touch.wrist_travel >= kPushed / 2;
-    if (!is_collision && object >= 0 && pushes && AsksForHold(object)) {
-      is_collision = !HeldAfter(touch.first_tick, object, -1) && IsAboutAny(unmet, object);
+    if (!is_collision && pushes) {
+      is_collision = true;
       // The arm may have touched the object before, without moving it.
       tick = touch.push_tick;
     }
