@@ -149,7 +149,7 @@ TEST_F(CauseFinderTest, AGripperLosesTheObjectWhileItCloses) {
          "Right gripper lost the kitchen pot at 0.40 s while closing (2 of 3 stages by then) and never tried "
          "again; "
          "height "
-         "of kitchen pot reached 1.000 m, at least 1.1 m is needed.");
+         "of kitchen pot stayed at 1.000 m, at least 1.1 m is needed.");
   EXPECT_EQ(Reason(), "grasp_slip");
 }
 
@@ -281,7 +281,7 @@ TEST_F(CauseFinderTest, AClosedHandThatBrushesTheObjectDidNotHoldIt) {
   touching_[kRight] = 0;
   Move(300);
   Expect("empty_grasp", 12,
-         "Right gripper closed on nothing at 0.24 s (0 of 3 stages by then); height of kitchen pot reached "
+         "Right gripper closed on nothing at 0.24 s (0 of 3 stages by then); height of kitchen pot stayed at "
          "1.000 m, "
          "at least 1.1 m is needed.");
   EXPECT_EQ(Reason(), "grasp_miss");
@@ -299,7 +299,7 @@ TEST_F(CauseFinderTest, AHandThatClosesBesideTheObjectMissesIt) {
   Expect("empty_grasp", 18,
          "Right gripper closed beside the kitchen pot at 0.36 s (1 of 3 stages by then) and never tried "
          "again; height "
-         "of kitchen pot reached 1.000 m, at least 1.1 m is needed.");
+         "of kitchen pot stayed at 1.000 m, at least 1.1 m is needed.");
 }
 
 TEST_F(CauseFinderTest, StagesCountUntilTheMoment) {
@@ -414,11 +414,12 @@ TEST_F(CauseFinderTest, AnObjectThatSlidesOutOfAHandAtRestIsLostByTheStop) {
   Tick(110);  // up to tick 130: 2.2 s at rest
   touching_[kLeft] = 0;
   Move(300);
-  Expect("stall", 20,
-         "Robot stopped moving at 0.40 s (2 of 3 stages by then); height of kitchen pot reached 1.000 m, at "
-         "least "
-         "1.1 m is "
-         "needed.");
+  Expect(
+      "stall", 20,
+      "Robot stopped moving at 0.40 s (2 of 3 stages by then); height of kitchen pot stayed at 1.000 m, at "
+      "least "
+      "1.1 m is "
+      "needed.");
   EXPECT_EQ(Reason(), "stall");
 }
 
@@ -471,7 +472,7 @@ TEST_F(CauseFinderTest, AGripperClosesOnNothing) {
   Expect("empty_grasp", 12,
          "Right gripper closed on nothing at 0.24 s (0 of 3 stages by then) and never tried again; height of "
          "kitchen "
-         "pot reached "
+         "pot stayed at "
          "1.000 m, at least 1.1 m is needed.");
   EXPECT_EQ(Reason(), "grasp_miss");
 }
@@ -485,7 +486,7 @@ TEST_F(CauseFinderTest, AGripperComesToTheObjectAndDoesNotClose) {
   Expect(
       "empty_grasp", 15,
       "Right gripper came to the kitchen pot at 0.30 s and did not close (0 of 3 stages by then) and never "
-      "tried again; height of kitchen pot reached 1.000 m, at least 1.1 m is needed.");
+      "tried again; height of kitchen pot stayed at 1.000 m, at least 1.1 m is needed.");
   EXPECT_EQ(Reason(), "grasp_miss");
 }
 
@@ -671,7 +672,7 @@ TEST_F(CauseFinderTest, AnObjectThatPushesTheFingersApartIsNotLetGo) {
   Expect("lost_object", 21,
          "Left gripper lost the kitchen pot at 0.42 s while closing (1 of 3 stages by then); height of "
          "kitchen pot "
-         "reached 1.000 m, at least 1.1 m is needed.");
+         "stayed at 1.000 m, at least 1.1 m is needed.");
 }
 
 // The fingers touch the object again while they close, which begins a short hold.
@@ -712,7 +713,7 @@ TEST_F(CauseFinderTest, AnArmPressesOnTheScene) {
   torque_[kLeft] = 80;
   Move(300);
   Expect("collision", 11,
-         "Left arm hit the big counter at 0.22 s (0 of 3 stages by then); height of kitchen pot reached "
+         "Left arm hit the big counter at 0.22 s (0 of 3 stages by then); height of kitchen pot stayed at "
          "1.000 m, at "
          "least 1.1 m is needed.");
 }
@@ -729,7 +730,7 @@ TEST_F(CauseFinderTest, AHeavyArmPressesOnTheScene) {
   torque_[kLeft] = 50;
   Move(300);
   Expect("collision", 11,
-         "Left arm hit the big counter at 0.22 s (0 of 3 stages by then); height of kitchen pot reached "
+         "Left arm hit the big counter at 0.22 s (0 of 3 stages by then); height of kitchen pot stayed at "
          "1.000 m, at "
          "least 1.1 m is needed.");
 }
@@ -818,10 +819,10 @@ TEST_F(CauseFinderTest, TheArmThatMovesHitsTheOtherArm) {
   torque_ = {2, 2};
   Move(300);
   // The contact begins at tick 61.
-  Expect(
-      "collision", 61,
-      "Left arm hit the right arm at 1.22 s (0 of 3 stages by then); height of kitchen pot reached 1.000 m, "
-      "at least 1.1 m is needed.");
+  Expect("collision", 61,
+         "Left arm hit the right arm at 1.22 s (0 of 3 stages by then); height of kitchen pot stayed at "
+         "1.000 m, "
+         "at least 1.1 m is needed.");
 }
 
 // Another arm moves this one, which is at rest, and the pot with it.
@@ -887,18 +888,19 @@ TEST_F(CauseFinderTest, AnOpenHandPushesTheObject) {
   Expect("collision", 15,
          "Right arm hit the kitchen pot at 0.30 s and pushed it by 0.03 m (0 of 3 stages by then); height of "
          "kitchen "
-         "pot reached 1.000 "
+         "pot stayed at 1.000 "
          "m, at least 1.1 m is needed.");
 }
 
 TEST_F(CauseFinderTest, TheRobotStops) {
   HoldWithBoth();
   Tick(300);
-  Expect("stall", 20,
-         "Robot stopped moving at 0.40 s (2 of 3 stages by then); height of kitchen pot reached 1.000 m, at "
-         "least "
-         "1.1 m is "
-         "needed.");
+  Expect(
+      "stall", 20,
+      "Robot stopped moving at 0.40 s (2 of 3 stages by then); height of kitchen pot stayed at 1.000 m, at "
+      "least "
+      "1.1 m is "
+      "needed.");
 }
 
 // The joints are at rest from tick 10. Both stages are reached when the grippers close.
@@ -910,9 +912,10 @@ TEST_F(CauseFinderTest, TheRobotStopsWhenItsGrippersHaveClosed) {
   opening_ = {0.4, 0.4};
   touching_ = {1, 1};
   Tick(300);
-  Expect("stall", 31,
-         "Robot stopped moving at 0.62 s (2 of 3 stages by then); height of kitchen pot reached 1.000 m, at "
-         "least 1.1 m is needed.");
+  Expect(
+      "stall", 31,
+      "Robot stopped moving at 0.62 s (2 of 3 stages by then); height of kitchen pot stayed at 1.000 m, at "
+      "least 1.1 m is needed.");
 }
 
 // The last progress is in the last fifth of the episode, but the robot is at rest for the last 2.6 s.
@@ -957,7 +960,7 @@ TEST_F(CauseFinderTest, AStopLongAfterTheLastProgressIsNotTheCause) {
   Move(100);
   Tick(300);
   Expect("missed_condition", 11,
-         "Last progress at 0.22 s (2 of 3 stages by then); height of kitchen pot reached 1.000 m, at least "
+         "Last progress at 0.22 s (2 of 3 stages by then); height of kitchen pot stayed at 1.000 m, at least "
          "1.1 m is "
          "needed.");
 }
@@ -981,7 +984,7 @@ TEST_F(CauseFinderTest, ASlowRobotRunsOutOfTime) {
     Move(1);
   }
   Expect("out_of_time", 300,
-         "No progress until time ran out at 6.00 s (0 of 3 stages by then); height of kitchen pot reached "
+         "No progress until time ran out at 6.00 s (0 of 3 stages by then); height of kitchen pot stayed at "
          "1.000 m, "
          "at least 1.1 m is needed.");
   commands_[1] += 0.0051;
@@ -1005,7 +1008,7 @@ TEST_F(CauseFinderTest, ARobotThatRestsWithoutProgressMissesACondition) {
   Move(100);
   Tick(200);
   Expect("missed_condition", 0,
-         "No progress (0 of 3 stages); height of kitchen pot reached 1.000 m, at least 1.1 m is needed.");
+         "No progress (0 of 3 stages); height of kitchen pot stayed at 1.000 m, at least 1.1 m is needed.");
   EXPECT_EQ(Reason(), "timeout");
 }
 
