@@ -1,7 +1,10 @@
 #include "plans/latency.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <cstdio>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -15,6 +18,39 @@
 #include "runner/suite.h"
 
 namespace evalbus::plans {
+namespace {
+
+// Selects the delays that differ in ticks, and prints a note on the delays that are rounded or left out.
+class RoundedDelays {
+ public:
+  explicit RoundedDelays(double control_hz) : tick_s_(1 / control_hz) {}
+  // Returns false if the delay has as many ticks as an earlier one.
+  bool Add(double delay_s) {
+    const std::string name = fmt::format("{:g}", delay_s * 1e3);
+    const int64_t ticks = policy::HeldTicks(delay_s, tick_s_);
+    const double applied_s = static_cast<double>(ticks) * tick_s_;
+    const std::string rounded = fmt::format("{} ms to {:.4g} ms", name, applied_s * 1e3);
+    const bool is_new = ticks_.insert(ticks).second;
+    if (!is_new) {
+      notes_.push_back(rounded + " (left out: another delay has as many ticks)");
+    } else if (applied_s - delay_s > 1e-6) {
+      notes_.push_back(rounded);
+    }
+    return is_new;
+  }
+  void PrintNote() const {
+    if (notes_.empty()) return;
+    fmt::print(stderr, "note: delays are rounded up to ticks of {:.4g} ms: {}\n", tick_s_ * 1e3,
+               fmt::join(notes_, ", "));
+  }
+
+ private:
+  double tick_s_;
+  std::set<int64_t> ticks_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace
 
 Plan LatencyPlan(const runner::RunOptions& options, const std::vector<std::string>& delays_ms,
                  const std::vector<std::string>& executions, bool rate_is_given) {
@@ -30,13 +66,17 @@ Plan LatencyPlan(const runner::RunOptions& options, const std::vector<std::strin
   if (plan.tasks.size() != 1) throw InputError("latency: expected one task with one variation");
   std::set<std::string> names;
   for (const std::string& execution : executions) {
+    std::optional<RoundedDelays> delays;
     for (const std::string& delay : delays_ms) {
       const policy::Latency latency = policy::ParseDelay(delay, "--delays", "milliseconds (0 to 60000)");
       const std::string name = fmt::format("{}-{:g}ms", execution, latency.fixed_s * 1e3);
       if (!names.insert(name).second)
         throw InputError("--delays, --execution: '" + name + "' occurs twice; remove one");
-      plan.policies.push_back({name, options.policy.policy, options.policy.contract, delay, execution});
+      const PlannedPolicy policy{name, options.policy.policy, options.policy.contract, delay, execution};
+      if (!delays) delays.emplace(plan.OptionsOf(policy).sim.control_hz);
+      if (delays->Add(latency.fixed_s)) plan.policies.push_back(policy);
     }
+    if (delays && execution == executions.front()) delays->PrintNote();
   }
   plan.baseline = plan.policies.at(0).name;
   return OnEngine(std::move(plan), "");

@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/input_file.h"
 #include "base/json_file.h"
+#include "base/run_layout.h"
 #include "base/write_whole.h"
 #include "metrics/statistics/run_statistics.h"
 #include "report/comparison_report.h"
@@ -17,6 +18,7 @@
 #include "results/conclusion.h"
 #include "results/run_reader.h"
 #include "results/run_summary.h"
+#include "results/summary_table.h"
 #include "runner/version.h"
 
 namespace evalbus::plans {
@@ -62,6 +64,15 @@ void AddEpisodes(const RecordedRun& recorded, size_t run, const ReportWithEpisod
   }
 }
 
+// Returns false if no episode of this policy has finished.
+bool HasEpisodes(const fs::path& folder) {
+  if (fs::exists(folder / kRunJson)) return fs::exists(folder / kEpisodesJsonl);
+  return fs::exists(folder / kSuiteJson) &&
+         std::ranges::any_of(results::RunsInSuite(folder), [&](const std::string& run) {
+           return fs::exists(folder / run / kEpisodesJsonl);
+         });
+}
+
 }  // namespace
 
 PlanResults ReadPlanResults(const PlanFolder& folder) {
@@ -70,6 +81,11 @@ PlanResults ReadPlanResults(const PlanFolder& folder) {
   std::vector<RecordedRuns> others;
   std::vector<const RecordedRuns*> all;
   for (const PlannedPolicy& policy : plan.policies) {
+    if (!HasEpisodes(folder.policy_folder(policy.name))) {
+      const fs::path shown = fs::proximate(folder.path());
+      throw InputError(fmt::format("{}: policy '{}' has no finished episode; to continue the plan: {}",
+                                   shown.string(), policy.name, results::SameCommand(shown)));
+    }
     results.suites.push_back(results::ReadRuns(folder.policy_folder(policy.name)));
     results.suites.back().name = policy.name;
   }

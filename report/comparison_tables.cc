@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "base/text.h"
+#include "metrics/statistics/interval.h"
 #include "results/comparison_text.h"
 #include "results/conclusion.h"
 
@@ -57,11 +58,17 @@ std::vector<std::string> SuccessCells(const Comparison& comparison, const std::s
                                       const SuccessComparison& success) {
   const auto points = [](double share) { return PercentagePoints(share, 1); };
   const bool has_both = success.has_both_sides();
+  const auto rate = [](int successes, int trials) {
+    if (trials == 0) return std::string("-");
+    const metrics::Interval wilson = metrics::WilsonInterval(successes, trials);
+    return fmt::format("{}/{} ({} to {} %)", successes, trials, PercentagePoints(wilson.lower),
+                       PercentagePoints(wilson.upper));
+  };
   return {task,
           comparison.run.name,
-          fmt::format("{}/{}", success.successes, success.trials),
+          rate(success.successes, success.trials),
           comparison.baseline.name,
-          fmt::format("{}/{}", success.baseline_successes, success.baseline_trials),
+          rate(success.baseline_successes, success.baseline_trials),
           has_both ? points(success.difference) : "-",
           has_both ? fmt::format("{} to {}", points(success.difference_95.lower),
                                  points(success.difference_95.upper))
@@ -76,7 +83,8 @@ std::string HowTested(const std::vector<Comparison>& comparisons) {
     for (const TaskComparison& task : comparison.tasks) tests.insert(results::TestName(task.success.test));
   }
   return fmt::format(
-      "Difference of the success rates in percentage points, with its 95 % interval. Test: {}; p is adjusted "
+      "Successes of all episodes, with Wilson's 95 % interval of each rate. Difference of the success rates "
+      "in percentage points, with its 95 % interval. Test: {}; p is adjusted "
       "with Holm's method for the tasks of a run, or for the runs.",
       fmt::join(tests, " or "));
 }
@@ -122,8 +130,9 @@ std::string LatexTable(const TextTable& table) {
 }
 
 TextTable SuccessTable(const std::vector<Comparison>& comparisons) {
-  TextTable table = {
-      .header = {"task", "run", "success", "baseline", "success", "difference", "95 % CI", "p"}, .rows = {}};
+  TextTable table = {.header = {"task", "run", "success of run", "baseline", "success of baseline",
+                                "difference", "95 % CI", "p"},
+                     .rows = {}};
   for (const Comparison& comparison : comparisons) {
     if (comparison.tasks.size() > 1) {
       for (const TaskComparison& task : comparison.tasks)

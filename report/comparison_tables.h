@@ -24,8 +24,8 @@ std::string MarkdownTable(const TextTable& table);
 std::string LatexTable(const TextTable& table);
 
 // Returns one row per run and task, and one row over all tasks for a run with several tasks. Columns: task,
-// run and baseline with their numbers of successes and episodes, difference in percentage points, its 95 %
-// interval, and p.
+// run and baseline with their numbers of successes and episodes and the rate's interval, difference in
+// percentage points, its 95 % interval, and p.
 TextTable SuccessTable(const std::vector<results::Comparison>& comparisons);
 
 // Return SuccessTable() as Markdown or LaTeX, with a line that states how it was computed.

@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "metrics/statistics/exact_tests.h"
 #include "policy_bridge/remote/latency.h"
 #include "results/conclusion.h"
 
@@ -92,6 +93,22 @@ std::string EffectText(const std::vector<const DelayPoint*>& points,
       unknown.empty() ? "" : fmt::format("; not shown to differ with {} ms", Enumerated(unknown)));
 }
 
+// Returns a sentence on the number of pairs that could show an effect, if none of the effects has so many;
+// otherwise empty. p of n pairs is at least 2 / 2^n, and Holm's method multiplies the smallest p by the
+// number of effects.
+std::string PairsText(const std::vector<DelayEffect>& effects) {
+  int pairs = 0;
+  for (const DelayEffect& effect : effects) {
+    if (effect.success.test != SuccessTest::kMcNemar || !effect.success.paired) return "";
+    pairs = std::max(pairs, effect.success.samples.trials);
+  }
+  int needed = 1;
+  while (static_cast<double>(effects.size()) * metrics::McNemarTest(0, needed) >= metrics::kAlpha) ++needed;
+  if (pairs >= needed) return "";
+  return fmt::format("{} cannot show that success depends on the delay: at least {} are needed.",
+                     Plural(pairs, "pair"), needed);
+}
+
 }  // namespace
 
 std::vector<DelayEffect> CompareDelays(const std::vector<DelayPoint>& points,
@@ -146,6 +163,7 @@ std::vector<std::string> DelayHeadline(const std::vector<DelayPoint>& points,
   if (std::ranges::any_of(effects, has_fewer))
     test += "; episodes with equal starts and equal numbers count as one";
   lines.push_back(test + ".");
+  if (const std::string pairs = PairsText(effects); !pairs.empty()) lines.push_back(pairs);
   return lines;
 }
 

@@ -47,7 +47,8 @@ struct DelayEffect {
 std::vector<DelayEffect> CompareDelays(const std::vector<DelayPoint>& points,
                                        const std::vector<RecordedRun>& runs);
 
-// States whether success depends on the delay: a line for each execution mode, and one on the test.
+// States whether success depends on the delay: a line for each execution mode, one on the test and, if there
+// are too few pairs to show any effect, one on the number that is needed.
 std::vector<std::string> DelayHeadline(const std::vector<DelayPoint>& points,
                                        const std::vector<DelayEffect>& effects);
 

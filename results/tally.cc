@@ -61,7 +61,8 @@ std::string Tally::Line(const std::string& name, size_t width, bool colors) cons
   if (summary.samples < summary.complete) {
     add(fmt::format("equal episodes: the interval counts {}", summary.samples));
   }
-  if (const std::string note = summary.TrainingText(); !note.empty()) add(note);
+  // The notes of each run state if no start was seen in training; in this column only other counts are shown.
+  if (summary.seen_in_training.value_or(0) > 0) add(summary.TrainingText());
   const bool judged = summary.judged > 0 || summary.complete == 0;
   return Row(name, width, judged ? fmt::format("{} of {}", summary.successes, summary.judged) : "not judged",
              judged ? PercentText(summary.wilson) : "-", time ? fmt::format("{:.2f} s", time->mean) : "-",

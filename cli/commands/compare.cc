@@ -171,12 +171,12 @@ int Compare(const CompareOptions& options) {
   const auto pair_of_video = FindPairOfVideo(runs[0], baseline, options);
   const std::vector<results::Comparison> comparisons = results::CompareAll(runs, baseline, options.on);
   const int width = viz::TerminalWidth(stdout);
+  const std::vector<results::RankedRun> ranking = results::RankBySuccess(all);
+  if (!ranking.empty()) fmt::print("{}\n\n", results::RankingText(ranking, width));
   for (size_t i = 0; i < comparisons.size(); ++i) {
     fmt::print("{}{}", i == 0 ? "" : "\n\n",
                results::ComparisonText(comparisons[i], !options.baseline.empty(), UsesColors(stdout), width));
   }
-  const std::vector<results::RankedRun> ranking = results::RankBySuccess(all);
-  if (!ranking.empty()) fmt::print("\n\n{}", results::RankingText(ranking, width));
   if (!options.json.empty()) {
     WriteWhole(options.json, ToText(results::ComparisonJson(comparisons, ranking), 2) + "\n");
     fmt::print("\njson     {}\n", options.json.string());

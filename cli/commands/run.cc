@@ -193,7 +193,7 @@ Action AddRun(CLI::App* app) {
       "task", options->tasks,
       "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition. Several tasks, TASK/all "
       "or\nall make a suite: a folder of runs with one summary. Without VARIATION, the task's first one is "
-      "run;\nin built-in tasks this is base, which randomizes nothing, so a policy such as expert repeats "
+      "run;\nfor built-in tasks this is base, which randomizes nothing, so a policy such as expert repeats "
       "one\nepisode. Or a plan: a YAML file of policies and tasks (docs/plans.md)");
   evalbus::AddOptions(app, options.get());
   // This option is hidden, because only a run passes it to the processes that it starts.

@@ -165,7 +165,8 @@ std::vector<bool> FindLowGroup(std::span<const RateBin> bins) {
 }
 
 int RangeScan::BinsFor(size_t trials) {
-  return std::clamp(static_cast<int>(trials) / kTrialsPerBin, 2, kMaxBins);
+  const auto count = static_cast<int>(trials);
+  return std::clamp(std::max(count / kTrialsPerBin, std::min(count, kMinBins)), 2, kMaxBins);
 }
 
 const RangeScan::Null& RangeScan::NullOf(std::span<const RateBin> bins) {

@@ -40,12 +40,15 @@ std::vector<bool> FindLowGroup(std::span<const RateBin> bins);
 class RangeScan {
  public:
   static constexpr int kMaxBins = 20;
-  // Bins have at least this number of values on average, unless there are too few values for two such bins.
+  // Small runs have up to this number of bins, so that a range in the middle can be found in them. The
+  // p-value is exact for any bins, because the bins do not depend on the outcomes.
+  static constexpr int kMinBins = 10;
+  // If there are more than kMinBins bins, they have at least this number of values on average.
   static constexpr int kTrialsPerBin = 5;
   // Number of permutations; no p-value is below 1 / (kPermutations + 1).
   static constexpr int kPermutations = 20'000;
 
-  // Returns the number of bins to use for this number of trials.
+  // Returns the number of bins to use for this number of trials, at least 2.
   static int BinsFor(size_t trials);
 
   // Returns the p-value: the probability of bins that are at least as uneven if all trials have the same

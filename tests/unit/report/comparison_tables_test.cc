@@ -36,27 +36,31 @@ TEST(SuccessTable, HasARowPerTaskAndOneForAll) {
   comparison.tasks[1].success = Success(10, 11, -0.02, 1);
   const TextTable table = SuccessTable({Example(), comparison});
   ASSERT_EQ(table.rows.size(), 4u);
-  EXPECT_EQ(table.rows[2], (std::vector<std::string>{"lift_tray/base", "new_<1>", "10/50", "50 % & more",
-                                                     "11/50", "-2.0", "-12.0 to 10.5", "1.000"}));
+  EXPECT_EQ(table.rows[2],
+            (std::vector<std::string>{"lift_tray/base", "new_<1>", "10/50 (11 to 33 %)", "50 % & more",
+                                      "11/50 (13 to 35 %)", "-2.0", "-12.0 to 10.5", "1.000"}));
   EXPECT_EQ(table.rows[3][0], "all");
 }
 
 TEST(ComparisonMarkdown, IsATableWithEscapedNames) {
-  EXPECT_EQ(
-      ComparisonMarkdown({Example()}),
-      "| task | run | success | baseline | success | difference | 95 % CI | p |\n"
-      "|---|---:|---:|---:|---:|---:|---:|---:|\n"
-      "| lift\\_pot/base | new\\_&lt;1\\> | 43/50 | 50 % & more | 31/50 | 24.0 | 14.0 to 36.5 | &lt;0.001 |\n"
-      "\nDifference of the success rates in percentage points, with its 95 % interval. Test: exact McNemar; "
-      "p is adjusted with Holm's method for the tasks of a run, or for the runs.\n");
+  EXPECT_EQ(ComparisonMarkdown({Example()}),
+            "| task | run | success of run | baseline | success of baseline | difference | 95 % CI | p |\n"
+            "|---|---:|---:|---:|---:|---:|---:|---:|\n"
+            "| lift\\_pot/base | new\\_&lt;1\\> | 43/50 (74 to 93 %) | 50 % & more | 31/50 (48 to 74 %) | "
+            "24.0 | 14.0 to 36.5 | &lt;0.001 |\n"
+            "\nSuccesses of all episodes, with Wilson's 95 % interval of each rate. Difference of the "
+            "success rates in percentage points, with its 95 % interval. Test: exact McNemar; "
+            "p is adjusted with Holm's method for the tasks of a run, or for the runs.\n");
 }
 
 TEST(ComparisonLatex, IsATabularWithEscapedNames) {
   const std::string text = ComparisonLatex({Example()});
   EXPECT_EQ(text.substr(text.find('\n') + 1),
             "\\begin{tabular}{lrrrrrrr}\n\\toprule\n"
-            "task & run & success & baseline & success & difference & 95 \\% CI & p \\\\\n\\midrule\n"
-            "lift\\_pot/base & new\\_$<$1$>$ & 43/50 & 50 \\% \\& more & 31/50 & 24.0 & 14.0 to 36.5 & "
+            "task & run & success of run & baseline & success of baseline & difference & 95 \\% CI & p "
+            "\\\\\n\\midrule\n"
+            "lift\\_pot/base & new\\_$<$1$>$ & 43/50 (74 to 93 \\%) & 50 \\% \\& more & 31/50 (48 to 74 \\%) "
+            "& 24.0 & 14.0 to 36.5 & "
             "$<$0.001 \\\\\n"
             "\\bottomrule\n\\end{tabular}\n");
 }

@@ -77,15 +77,15 @@ TEST_F(LatencyCurveTest, WithoutCompleteEpisodesHasDashes) {
 
 class DelayHeadlineTest : public testing::Test {
  protected:
-  // Adds a run of 20 episodes, of which the first ones succeed.
-  void Add(const std::string& execution, int delay_ms, int successes) {
-    ordered_json info = RunInfo(20);
+  // Adds a run, of whose episodes the first ones succeed.
+  void Add(const std::string& execution, int delay_ms, int successes, int episodes = 20) {
+    ordered_json info = RunInfo(episodes);
     info.update({{"latency", std::to_string(delay_ms)},
                  {"execution", execution},
                  {"task_sha256", "task"},
                  {"physics_sha256", "model"}});
     std::vector<ordered_json> lines;
-    for (int i = 0; i < 20; ++i)
+    for (int i = 0; i < episodes; ++i)
       lines.push_back(EpisodeLine(i, i < successes, {{"completion_time", 3 + 0.1 * i}}));
     const auto folder = folder_.path() / (execution + std::to_string(delay_ms));
     WriteRun(folder, info, lines);
@@ -121,6 +121,16 @@ TEST_F(DelayHeadlineTest, HasALineForEachExecutionMode) {
                   "synchronous: success is not shown to depend on the delay: 75 to 80 % with 0 to 100 ms.",
                   "rtc: success is not shown to depend on the delay: 80 % with 0 to 100 ms.",
                   "Test: exact McNemar on equal seeds, p adjusted with Holm's method for 2 comparisons."));
+}
+
+// For three comparisons, 2 / 2^7 is the first p below 0.05 / 3.
+TEST_F(DelayHeadlineTest, StatesHowManyPairsAreNeeded) {
+  Add("rtc", 0, 4, 4);
+  for (const int delay_ms : {100, 200, 300}) Add("rtc", delay_ms, 0, 4);
+  EXPECT_THAT(Lines(), testing::ElementsAre(
+                           "Success is not shown to depend on the delay: 0 to 100 % with 0 to 300 ms.",
+                           HasSubstr("exact McNemar"),
+                           "4 pairs cannot show that success depends on the delay: at least 7 are needed."));
 }
 
 TEST_F(DelayHeadlineTest, OneDelayIsComparedWithNothing) {

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
+#include <string>
 
 namespace evalbus::metrics::range_scan_test {
 
@@ -19,6 +21,31 @@ TEST(RangeScan, BinsHaveAboutEqualCountsAndShareEqualValues) {
   EXPECT_THAT(RankBins(std::vector<double>{0, 1, 1, 1, 1}, 2), ElementsAre(0, 1, 1, 1, 1));
   EXPECT_THAT(RankBins(std::vector<double>{0, 1, 2, 2, 2, 2, 2, 2}, 2), ElementsAre(0, 0, 1, 1, 1, 1, 1, 1));
   EXPECT_THAT(RankBins(std::vector<double>{7, 7}, 5), ElementsAre(0, 0));
+}
+
+TEST(RangeScan, SmallRunsHaveTenBins) {
+  EXPECT_EQ(RangeScan::BinsFor(1), 2);
+  EXPECT_EQ(RangeScan::BinsFor(6), 6);
+  EXPECT_EQ(RangeScan::BinsFor(16), 10);
+  EXPECT_EQ(RangeScan::BinsFor(54), 10);
+  EXPECT_EQ(RangeScan::BinsFor(60), 12);
+  EXPECT_EQ(RangeScan::BinsFor(1000), 20);
+}
+
+// Few of the C(16, 6) = 8008 placements of six successes separate them from the failures by a range: 11 have
+// the successes side by side, and 5 more have them at both ends. With three bins, p was 0.054.
+TEST(RangeScan, FindsAMiddleRangeInASmallRun) {
+  const std::string outcomes = "0000000111111000";
+  std::vector<double> values(outcomes.size());
+  std::iota(values.begin(), values.end(), 0.0);
+  const std::vector<int> bin_of = RankBins(values, RangeScan::BinsFor(values.size()));
+  std::vector<RateBin> bins(10);
+  for (size_t i = 0; i < values.size(); ++i) {
+    RateBin& bin = bins.at(static_cast<size_t>(bin_of[i]));
+    ++bin.trials;
+    bin.successes += outcomes[i] == '1';
+  }
+  EXPECT_LT(RangeScan().P(bins), 0.005);
 }
 
 TEST(RangeScan, FindsTheRangeThatDiffersMost) {
