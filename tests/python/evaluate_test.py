@@ -183,11 +183,15 @@ class EvaluateTest(unittest.TestCase):
     def test_compare(self):
         a = self.run_here("lift_pot", "hold", out="a", episodes=2)
         b = self.run_here("lift_pot", "expert", out="b", episodes=2)
-        comparison = evalbus.compare(a, self.folder / "b")
+        comparison = evalbus.compare(b, self.folder / "a")
         self.assertEqual(comparison.difference, -1)
-        self.assertIn("a", comparison.verdict)
+        self.assertIn("between a and b: -100 points", comparison.verdict)
         self.assertEqual(comparison.metrics["subtask_progress"]["mean"], 0)
-        self.assertEqual(evalbus.compare(b, a).difference, 1)
+        self.assertEqual(evalbus.compare(a, b).difference, 1)
+        # The order is that of the program, whose first run is the baseline.
+        command = [f"{BIN}/evalbus", "compare", self.folder / "b", self.folder / "a"]
+        printed = subprocess.run(command, capture_output=True, text=True, check=True, timeout=support.DEADLINE_S).stdout
+        self.assertIn("a (hold) against b (expert)", printed)
         with self.assertRaisesRegex(evalbus.InputError, "missing: no such run folder"):
             evalbus.compare(a, self.folder / "missing")
 
@@ -328,7 +332,7 @@ class EvaluateTest(unittest.TestCase):
         for function in (evalbus.read_run, evalbus.read_log):
             with self.assertRaisesRegex(evalbus.InputError, "None.*expected|expected.*None"):
                 function(None)
-        for folders, words in (((self.folder, 3), "3: no such run folder"), (("--help", "--help"), "--help: no such")):
+        for folders, words in (((3, self.folder), "3: no such run folder"), (("--help", "--help"), "--help: no such")):
             with self.assertRaisesRegex(evalbus.InputError, words):
                 evalbus.compare(*folders)
 
