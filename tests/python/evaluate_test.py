@@ -27,6 +27,7 @@ from unittest import mock
 import evalbus
 import numpy as np
 import websockets.exceptions
+from evalbus import runs
 
 BIN = os.path.abspath(sys.argv.pop(1))
 os.environ["EVALBUS_BIN"] = BIN
@@ -336,6 +337,21 @@ class EvaluateTest(unittest.TestCase):
             with self.assertRaisesRegex(evalbus.InputError, words):
                 evalbus.compare(*folders)
 
+    def test_mistaken_arguments(self):
+        with self.assertRaisesRegex(evalbus.InputError, "^task: expected a name .* as first argument, got <function hold"):
+            evalbus.run(hold, "lift_pot/position")
+        # The name of one camera is also accepted, as in video="head".
+        with self.assertRaisesRegex(evalbus.InputError, "heed"):
+            evalbus.Environment("lift_pot", cameras="heed")
+
+    def test_unknown_scores_name_similar_ones(self):
+        scores = runs.Scores(completion_time=np.zeros(1), success=np.zeros(1))
+        for name, words in (("completion_tim", "no score 'completion_tim'; did you mean 'completion_time'"), ("x", "list")):
+            with self.assertRaisesRegex(KeyError, words):
+                scores[name]
+        self.assertNotIn("completion_tim", scores)
+        self.assertIsNone(scores.get("completion_tim"))
+
     def test_damaged_files(self):
         intact = self.run_here("lift_pot", "hold", out="intact", episodes=1)
         line = intact.episodes[0].line
@@ -507,7 +523,7 @@ class EnvironmentTest(unittest.TestCase):
             ("--control levers: expected one of joint", {"control": "levers"}),
             ("--image-size 64: expected WIDTHxHEIGHT", {"image_size": (64,)}),
             ("image_size: expected a list, got 64", {"image_size": 64}),
-            ("cameras: expected a list, got 'head'", {"cameras": "head"}),
+            ("cameras: expected a list, got 3", {"cameras": 3}),
             ("control: cannot be combined with a contract", {"contract": "plain", "control": "eef_delta"}),
             ("cameras: cannot be combined with a contract", {"contract": "plain", "cameras": ["head"]}),
             ("unknown task '--help'", {"task": "--help"}),
