@@ -396,7 +396,7 @@ class WebPage {
                        (fs::is_regular_file(folder) ? ": not the folder of a run, a suite or a plan, and no "
                                                       "replay of this file is active"
                         : fs::exists(folder)        ? ": not the folder of a run, a suite or a plan"
-                                                    : ": no such run folder"));
+                                             : ": no such run folder" + results::SimilarFolder(folder)));
     }
     folders_.push_back(folder);
   }
