@@ -21,6 +21,13 @@ struct EnvironmentError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// A failure that a restart of the component would not repair. The launcher ends the run without another
+// attempt. Programs exit with code 2, components of a run with kLastingFailureCode.
+struct LastingError : EnvironmentError {
+  using EnvironmentError::EnvironmentError;
+};
+inline constexpr int kLastingFailureCode = 3;
+
 // Text for an exception that is not a std::exception. Only plugins throw such exceptions.
 inline constexpr char kNotAnException[] = "an exception that is not a std::exception, possibly from a plugin";
 

@@ -40,7 +40,8 @@ int Host(const std::string& url, const ComponentFactory& make, int64_t session, 
     } catch (const std::exception&) {
       // If the bus itself failed, STATUS cannot be published. The exit code reports the failure.
     }
-    return ReportError(error);
+    const int code = ReportError(error);
+    return dynamic_cast<const LastingError*>(&error) ? kLastingFailureCode : code;
   };
   try {
     bus = std::make_unique<Bus>(url, session, instance);

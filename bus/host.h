@@ -18,7 +18,8 @@ using ComponentFactory = std::function<std::unique_ptr<Component>(Bus*)>;
 
 // Runs the component until SIGINT, SIGTERM or done(). session, instance: as in Bus. Prints "NAME ready" on
 // stdout once the component exists. On failure, the last line on stderr is "error: ...", which the launcher
-// reads. Returns the exit code: 0 if done or stopped by a signal, 1 for invalid input, 2 for a failure.
+// reads. Returns the exit code: 0 if done or stopped by a signal, 1 for invalid input, 2 for a failure,
+// kLastingFailureCode for a LastingError.
 int Host(const std::string& url, const ComponentFactory& make, int64_t session = 0, int64_t instance = 0);
 
 // Implements main() of a component's executable. Adds the options --url and --log-level and the options of

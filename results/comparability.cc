@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
+#include "lcmtypes/end_reason.h"
 #include "results/rescorer.h"
 
 namespace evalbus::results {
@@ -24,6 +25,13 @@ constexpr std::string_view kChangesNothing[] = {
     "episodes",    "only",      "workers",        "url",           "in_process",     "by_hand",
     "video",       "git_dirty", "physics_sha256", "visual_sha256", "contract",       "log",
     "seed_stream", "until",     "engine",         "trained_on",    "contract_sha256"};
+
+// Returns true if an episode of the run ended because the policy exceeded its timeout.
+bool HasPolicyTimeout(const RecordedRun& run) {
+  return std::ranges::any_of(run.episodes, [](const RecordedEpisode& episode) {
+    return episode.end_reason == end_reason::kPolicyTimeout;
+  });
+}
 
 // Maximum number of differing contract members to list.
 constexpr size_t kMaxContractWords = 4;
@@ -98,6 +106,8 @@ std::string MadeDifferently(const RecordedRun& run, const RecordedRun& baseline)
     }
     // A run without "renderer" rendered nothing.
     if (key == "gl" && !(run.info.contains("renderer") && baseline.info.contains("renderer"))) continue;
+    // A timeout that was never exceeded changes nothing.
+    if (key == "policy_timeout_s" && !HasPolicyTimeout(run) && !HasPolicyTimeout(baseline)) continue;
     // The hash identifies the limits; paths may differ between machines.
     if (key == "limits" && run.info.contains("limits_sha256") && baseline.info.contains("limits_sha256"))
       continue;

@@ -7,6 +7,7 @@
 #include "base/json_file.h"
 #include "base/plan_layout.h"
 #include "base/run_layout.h"
+#include "base/suggestion.h"
 #include "base/text.h"
 #include "results/run_reader.h"
 
@@ -71,6 +72,24 @@ FoundRuns FindRunsOfPlan(const fs::path& folder) {
 
 bool IsEvaluation(const fs::path& folder) {
   return fs::exists(folder / kRunJson) || fs::exists(folder / kSuiteJson) || fs::exists(folder / kPlanJson);
+}
+
+std::string SimilarFolder(const fs::path& missing) {
+  const fs::path folder = missing.has_filename() ? missing : missing.parent_path();
+  const fs::path parent = folder.parent_path();
+  std::vector<std::string> names;
+  std::error_code ignored;
+  for (fs::directory_iterator entry(parent.empty() ? "." : parent, ignored), end; !ignored && entry != end;
+       entry.increment(ignored)) {
+    const fs::path& there = entry->path();
+    const bool has_any = fs::exists(there / kRunJson, ignored) || fs::exists(there / kSuiteJson, ignored) ||
+                         fs::exists(there / kPlanJson, ignored);
+    ignored.clear();
+    if (has_any) names.push_back(there.filename().string());
+  }
+  std::ranges::sort(names);
+  const std::string nearest = NearestName(folder.filename().string(), names);
+  return nearest.empty() ? "" : "; did you mean '" + Printable((parent / nearest).string()) + "'?";
 }
 
 FoundRuns FindRuns(const fs::path& folder) {

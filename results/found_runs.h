@@ -33,6 +33,10 @@ struct FoundRuns {
 // Returns whether the folder contains a run, a suite or a plan, which need not have finished.
 bool IsEvaluation(const std::filesystem::path& folder);
 
+// Returns "; did you mean 'runs/late'?" if a run, suite or plan beside this missing folder has a similar
+// name; otherwise an empty text.
+std::string SimilarFolder(const std::filesystem::path& missing);
+
 // Returns the runs in a folder. Throws InputError if the folder does not exist, or if suite.json or plan.json
 // cannot be read.
 FoundRuns FindRuns(const std::filesystem::path& folder);

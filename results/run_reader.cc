@@ -14,6 +14,7 @@
 #include "base/text.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/source.h"
+#include "results/found_runs.h"
 #include "results/notes.h"
 #include "results/pacing.h"
 #include "results/run_folder.h"
@@ -119,7 +120,7 @@ std::string Episodes(size_t n) { return n == 1 ? "episode" : "episodes"; }
 }  // namespace
 
 void CheckRunFolder(const fs::path& folder) {
-  if (!fs::exists(folder)) Fail(folder.string(), "no such run folder");
+  if (!fs::exists(folder)) Fail(folder.string(), "no such run folder" + SimilarFolder(folder));
   if (!fs::is_directory(folder)) Fail(folder.string(), "a file; expected a run folder");
 }
 

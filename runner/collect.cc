@@ -83,6 +83,11 @@ void Collect(RunOptions options) {
   options.sim.seed_stream = kCollectSeeds;
   options.episodes = wanted * kStartsEach;
   options.sim.task = options.tasks.at(0);
+  const std::string& task = options.sim.task;
+  if (task == "all" || task.ends_with("/all") || task.find(',') != std::string::npos) {
+    throw InputError("collect: expected one task with one variation, such as lift_pot/position, not '" +
+                     task + "'");
+  }
   const auto strata = Strata(Starts(options, options.episodes), wanted);
   // Run() removes the variable of the environment, so only the first round would use its bus.
   if (options.url.empty() && !options.in_process && options.workers == 1) options.url = UrlOfEnvironment();

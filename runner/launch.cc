@@ -106,9 +106,9 @@ void EvaluateProcesses(const RunOptions& options, const results::RunFolder& fold
       listener->Poll(now);
       poll_at = now + kIdlePoll;
       if (const auto exit = processes.Poll()) {
-        // Exit code 1 means invalid input, with which a restart would fail again. The last line of the
-        // component's log describes it.
-        if (exit->code == 1) exit->Throw();
+        // Exit code 1 means invalid input. A restart would not repair this or a lasting failure. The last
+        // line of the component's log describes both.
+        if (exit->code == 1 || exit->code == kLastingFailureCode) exit->Throw();
         start_again(exit->description);
       } else if (const std::string silent = controller.Silent(now); !silent.empty()) {
         start_again(silent);

@@ -92,7 +92,7 @@ Action ActionOf(CLI::App* app, void (*add_options)(CLI::App*, Options*), int (*r
           "  evalbus report results")                                                                        \
   COMMAND(AddCollect, "Record", "collect", "record successful demonstrations from evenly spread starts",     \
           "  evalbus collect lift_pot/position --episodes 200 --out runs/set\n"                              \
-          "  evalbus collect lift_pot/position --episodes 200 --noise 0.5 --out runs/set\n"                  \
+          "  evalbus collect lift_pot/position --episodes 200 --noise 0.03 --out runs/set\n"                 \
           "  evalbus collect lift_pot/position --episodes 200 --out runs/set --resume")                      \
   COMMAND(AddRender, "Record", "render", "render videos of recorded episodes",                               \
           "  evalbus render runs/noisy --episode 3 --camera front,head\n"                                    \

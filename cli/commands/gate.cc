@@ -36,7 +36,12 @@ void AddOptions(CLI::App* app, GateCommandOptions* options) {
   app->add_option("--margin", options->gate.margin.value,
                   "largest acceptable loss: percentage points of success; for metrics of --on without a "
                   "margin,\npercent of the baseline's mean")
-      ->check(InRange(0.1, 99.0))
+      ->check(CLI::Validator(
+          [range = InRange(0.1, 99.0)](std::string& text) {
+            const std::string error = range(text);
+            return error.empty() ? error : error + " percentage points";
+          },
+          InRange(0.1, 99.0).get_description()))
       ->capture_default_str();
   AddList(app, "--on", &options->gate.on,
           "metrics that must not get worse either, separated by commas: NAME, NAME:MARGIN in the metric's "

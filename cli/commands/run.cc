@@ -171,6 +171,12 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
     in_folder([&](const plans::PlanFolder& folder) { plans::RunOnSlurm(folder, slurm); });
   } else {
     if (!is_begun && !options.resume && !options.out.empty()) plans::CheckOutIsNew(options.out);
+    if (!is_begun && options.resume && options.out.empty())
+      throw InputError("--resume requires --out: the folder of the plan to continue");
+    if (!is_begun && options.resume && !output.quiet && !fs::exists(fs::path(options.out) / kPlanJson)) {
+      fmt::print(output.json ? stderr : stdout, "{} has no run to resume: starting a new one\n",
+                 Printable(options.out));
+    }
     in_folder([&](const plans::PlanFolder& folder) { plans::RunPlan(folder, options.workers, output); });
   }
 }

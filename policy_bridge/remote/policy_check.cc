@@ -301,8 +301,9 @@ class Check {
     } else {
       Add(Level::kNote,
           fmt::format(
-              "the same observation {} times: answers differ by up to {:.3g}, so a run cannot be repeated "
-              "exactly with this server (but --policy replay:RUN repeats its actions)",
+              "the same observation {} times: answers differ by up to {:.3g}: either the policy keeps "
+              "state within an episode, or a run cannot be repeated exactly with this server (but --policy "
+              "replay:RUN repeats its actions)",
               kRepeats + 1, report_.repeat_difference));
     }
   }

@@ -125,13 +125,15 @@ bool RemotePolicy::IsReady() {
     phase_ = Phase::kConnecting;
     const bool may_come_back =
         error.kind() == ServerError::Kind::kUnreachable || error.kind() == ServerError::Kind::kTimeout;
-    const auto waited = now - gone_since_.value_or(now);
-    if (!may_come_back || waited > std::chrono::duration<double>(contract_.deadlines.return_s)) {
-      throw EnvironmentError(error.what());
+    if (!may_come_back) throw EnvironmentError(error.what());
+    const double return_s = contract_.deadlines.return_s;
+    if (now - gone_since_.value_or(now) > std::chrono::duration<double>(return_s)) {
+      throw LastingError(
+          fmt::format("waited {:g} s for the policy's server (return_s): {}", return_s, error.what()));
     }
     if (!gone_since_) {
       gone_since_ = now;
-      Note(fmt::format("waiting for the policy's server: {}", error.what()));
+      Note(fmt::format("waiting up to {:g} s for the policy's server: {}", return_s, error.what()));
     }
     retry_at_ = now + kRetry;
     return false;

@@ -3,7 +3,7 @@
     evalbus.run(task, policy)        evaluates a policy: a function, a name, or the address of a server
     evalbus.start(task, policy)      the same, with an iterator over the events of the run
     evalbus.start_plan(file)         runs a plan of policies and tasks, with an iterator over the events of its runs
-    evalbus.compare(a, b)            tests whether two runs differ
+    evalbus.compare(baseline, run)   tests whether a run differs from a baseline
     evalbus.read_run(folder)         reads options, episodes and scores of a run
     evalbus.read_log(file)           reads the messages of an episode as numpy arrays
     evalbus.events(file)             iterates over the messages of an episode

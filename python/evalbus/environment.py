@@ -45,8 +45,8 @@ class Environment:
     Episodes and scores are bit-identical to `evalbus run` with the same contract, seed and actions.
 
     task: "lift_pot/position". control: meaning of an action: "joint" (positions), "joint_delta", "eef_pose" or
-    "eef_delta"; values of all arms, then of the grippers (0 open, 1 closed). cameras: names of cameras whose images are
-    observed. image_size: (width, height). control_hz: steps per simulated second. contract: name or file of a contract
+    "eef_delta"; values of all arms, then of the grippers (0 open, 1 closed). cameras: name or names of cameras whose
+    images are observed. image_size: (width, height). control_hz: steps per simulated second. contract: name or file of a contract
     (docs/connecting_a_policy.md), which describes all of these instead. seed_stream: "roboeval/1" starts episode 0 of
     a seed as RoboEval's env.reset(seed=...). gl: renderer of the images: "software", "egl" or "auto" (docs/videos.md).
 
@@ -58,7 +58,7 @@ class Environment:
         task: str,
         *,
         control: str = "joint",
-        cameras: Sequence[str] = (),
+        cameras: Union[str, Sequence[str]] = (),
         image_size: Sequence[int] = (224, 224),
         control_hz: float = 20,
         contract: Union[str, os.PathLike, None] = None,
@@ -67,7 +67,7 @@ class Environment:
         gl: Optional[str] = None,
     ):
         check_task(task)
-        check_list("cameras", cameras)
+        cameras = camera_list(cameras)
         check_list("image_size", image_size)
         options = {"contract": contract, "robot": robot, "seed_stream": seed_stream, "gl": gl}
         form = {"control": control, "cameras": list(cameras), "image_size": tuple(image_size), "control_hz": control_hz}
@@ -179,8 +179,16 @@ class Environment:
         return data
 
 
+def camera_list(cameras: Any) -> list:
+    """Returns the names of cameras as a list; a string is the name of one camera."""
+    if isinstance(cameras, str):
+        return [cameras]
+    check_list("cameras", cameras)
+    return list(cameras)
+
+
 def check_list(name: str, value: Any) -> None:
-    """Raises InputError if the argument is not a list, such as the name of one camera."""
+    """Raises InputError if the argument is not a list."""
     if isinstance(value, str) or not hasattr(value, "__iter__"):
         raise InputError(f"{name}: expected a list, got {value!r}")
 

@@ -245,7 +245,7 @@ class Comparison:
 
     # The result in one or two sentences.
     verdict: str
-    # Difference of the success rates (a minus b) and its 95 % interval; None if no episode is complete.
+    # Difference of the success rates (run minus baseline) and its 95 % interval; None if no episode is complete.
     difference: Optional[float]
     difference_95: Any
     # p of the test of equal success rates, e.g. the exact McNemar test for pairs of equal seeds.
@@ -256,9 +256,10 @@ class Comparison:
     content: Dict[str, Any] = dataclasses.field(repr=False)
 
 
-def compare(a: Union[Run, str, os.PathLike], b: Union[Run, str, os.PathLike]) -> Comparison:
-    """Tests whether run a differs from run b, the baseline. Raises InputError if they are not comparable."""
-    folders = [str(one.folder if isinstance(one, Run) else one) for one in (b, a)]
+def compare(baseline: Union[Run, str, os.PathLike], run: Union[Run, str, os.PathLike]) -> Comparison:
+    """Tests whether a run differs from the baseline, which comes first, as in `evalbus compare`. Raises InputError if
+    they are not comparable."""
+    folders = [str(one.folder if isinstance(one, Run) else one) for one in (baseline, run)]
     with tempfile.TemporaryDirectory() as scratch:
         file = pathlib.Path(scratch) / "comparison.json"
         with contextlib.closing(Program(["compare", "--json", file, "--", *folders])) as program:

@@ -1,13 +1,13 @@
 """Environments for Gymnasium: gymnasium.make("evalbus/LiftPot-v0"). Importing this module registers them."""
 
 import string
-from typing import Any, Optional, Sequence
+from typing import Any, Optional, Sequence, Union
 
 import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from evalbus.environment import Environment, Step, check_list
+from evalbus.environment import Environment, Step, camera_list
 from evalbus.errors import InputError
 
 TASKS = {
@@ -45,7 +45,7 @@ class EvalbusEnv(gymnasium.Env):
         variation: Optional[str] = None,
         *,
         control: str = "joint",
-        cameras: Sequence[str] = (),
+        cameras: Union[str, Sequence[str]] = (),
         image_size: Sequence[int] = (224, 224),
         control_hz: float = 20,
         contract: Optional[str] = None,
@@ -55,7 +55,7 @@ class EvalbusEnv(gymnasium.Env):
         render_mode: Optional[str] = None,
         render_camera: str = "front",
     ):
-        check_list("cameras", cameras)
+        cameras = camera_list(cameras)
         self.render_mode = render_mode
         self._render_camera = render_camera if render_mode else None
         self._hides_camera = bool(render_mode) and render_camera not in cameras

@@ -55,7 +55,9 @@ def environment():
 
 
 def check_task(task: Any) -> None:
-    """Raises InputError for a name that the program would interpret as an option."""
+    """Raises InputError for a name that the program would interpret as an option, or that is not text."""
+    if not isinstance(task, (str, os.PathLike)):
+        raise InputError(f"task: expected a name such as 'lift_pot/position' as first argument, got {task!r}")
     if str(task).startswith("-"):
         raise InputError(f"unknown task '{task}'")
 

@@ -1,6 +1,7 @@
 """Reader for run folders (docs/run_folder.md)."""
 
 import dataclasses
+import difflib
 import functools
 import json
 import operator
@@ -137,6 +138,15 @@ class Summary:
         return self.content.get("judged", self.complete)
 
 
+class Scores(Dict[str, np.ndarray]):
+    """Arrays by the name of a score. The error for an unknown name contains similar names."""
+
+    def __missing__(self, name):
+        similar = difflib.get_close_matches(str(name), self)
+        text = f"did you mean {' or '.join(map(repr, similar))}?" if similar else "list(run.scores) has the names"
+        raise KeyError(f"no score {name!r}; {text}")
+
+
 @dataclasses.dataclass(frozen=True)
 class Run:
     """A finished, interrupted or active run."""
@@ -154,12 +164,12 @@ class Run:
         return f"{self.options['task']}/{self.options['variation']}"
 
     @functools.cached_property
-    def scores(self) -> Dict[str, np.ndarray]:
+    def scores(self) -> "Scores":
         """Returns an array per score, by name, with one value for each finished episode; nan if the episode is
         incomplete or does not have this score."""
         rows = [episode.scores() if episode.complete else {} for episode in self.episodes]
         names = dict.fromkeys(name for row in rows for name in row)
-        return {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in names}
+        return Scores({name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in names})
 
     @property
     def logs(self) -> Dict[int, pathlib.Path]:

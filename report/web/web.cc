@@ -396,7 +396,7 @@ class WebPage {
                        (fs::is_regular_file(folder) ? ": not the folder of a run, a suite or a plan, and no "
                                                       "replay of this file is active"
                         : fs::exists(folder)        ? ": not the folder of a run, a suite or a plan"
-                                                    : ": no such run folder"));
+                                             : ": no such run folder" + results::SimilarFolder(folder)));
     }
     folders_.push_back(folder);
   }
@@ -529,11 +529,16 @@ std::string OpenedEpisode(const WebOptions& options) {
   if (!options.episode) return "";
   if (options.runs.size() != 1)
     throw InputError(fmt::format("--episode: expected one run, got {}", options.runs.size()));
-  for (const results::RecordedEpisode& episode : results::ReadRun(options.runs.front()).episodes) {
+  const results::RecordedRun run = results::ReadRun(options.runs.front());
+  for (const results::RecordedEpisode& episode : run.episodes) {
     if (episode.episode == *options.episode) return PlayerUrl({0, episode.episode}, episode.cause);
   }
-  throw InputError(fmt::format("--episode: {} has no finished episode {}", options.runs.front().string(),
-                               *options.episode));
+  const std::vector<results::RecordedEpisode>& finished = run.episodes;
+  throw InputError(fmt::format(
+      "--episode: {} has no finished episode {}{}", options.runs.front().string(), *options.episode,
+      finished.empty() ? ""
+                       : fmt::format("; it has episodes from {} to {}", finished.front().episode,
+                                     finished.back().episode)));
 }
 
 }  // namespace

@@ -27,6 +27,7 @@ from unittest import mock
 import evalbus
 import numpy as np
 import websockets.exceptions
+from evalbus import runs
 
 BIN = os.path.abspath(sys.argv.pop(1))
 os.environ["EVALBUS_BIN"] = BIN
@@ -183,11 +184,15 @@ class EvaluateTest(unittest.TestCase):
     def test_compare(self):
         a = self.run_here("lift_pot", "hold", out="a", episodes=2)
         b = self.run_here("lift_pot", "expert", out="b", episodes=2)
-        comparison = evalbus.compare(a, self.folder / "b")
+        comparison = evalbus.compare(b, self.folder / "a")
         self.assertEqual(comparison.difference, -1)
-        self.assertIn("a", comparison.verdict)
+        self.assertIn("between a and b: -100 points", comparison.verdict)
         self.assertEqual(comparison.metrics["subtask_progress"]["mean"], 0)
-        self.assertEqual(evalbus.compare(b, a).difference, 1)
+        self.assertEqual(evalbus.compare(a, b).difference, 1)
+        # The order is that of the program, whose first run is the baseline.
+        command = [f"{BIN}/evalbus", "compare", self.folder / "b", self.folder / "a"]
+        printed = subprocess.run(command, capture_output=True, text=True, check=True, timeout=support.DEADLINE_S).stdout
+        self.assertIn("a (hold) against b (expert)", printed)
         with self.assertRaisesRegex(evalbus.InputError, "missing: no such run folder"):
             evalbus.compare(a, self.folder / "missing")
 
@@ -328,9 +333,24 @@ class EvaluateTest(unittest.TestCase):
         for function in (evalbus.read_run, evalbus.read_log):
             with self.assertRaisesRegex(evalbus.InputError, "None.*expected|expected.*None"):
                 function(None)
-        for folders, words in (((self.folder, 3), "3: no such run folder"), (("--help", "--help"), "--help: no such")):
+        for folders, words in (((3, self.folder), "3: no such run folder"), (("--help", "--help"), "--help: no such")):
             with self.assertRaisesRegex(evalbus.InputError, words):
                 evalbus.compare(*folders)
+
+    def test_mistaken_arguments(self):
+        with self.assertRaisesRegex(evalbus.InputError, "^task: expected a name .* as first argument, got <function hold"):
+            evalbus.run(hold, "lift_pot/position")
+        # The name of one camera is also accepted, as in video="head".
+        with self.assertRaisesRegex(evalbus.InputError, "heed"):
+            evalbus.Environment("lift_pot", cameras="heed")
+
+    def test_unknown_scores_name_similar_ones(self):
+        scores = runs.Scores(completion_time=np.zeros(1), success=np.zeros(1))
+        for name, words in (("completion_tim", "no score 'completion_tim'; did you mean 'completion_time'"), ("x", "list")):
+            with self.assertRaisesRegex(KeyError, words):
+                scores[name]
+        self.assertNotIn("completion_tim", scores)
+        self.assertIsNone(scores.get("completion_tim"))
 
     def test_damaged_files(self):
         intact = self.run_here("lift_pot", "hold", out="intact", episodes=1)
@@ -503,7 +523,7 @@ class EnvironmentTest(unittest.TestCase):
             ("--control levers: expected one of joint", {"control": "levers"}),
             ("--image-size 64: expected WIDTHxHEIGHT", {"image_size": (64,)}),
             ("image_size: expected a list, got 64", {"image_size": 64}),
-            ("cameras: expected a list, got 'head'", {"cameras": "head"}),
+            ("cameras: expected a list, got 3", {"cameras": 3}),
             ("control: cannot be combined with a contract", {"contract": "plain", "control": "eef_delta"}),
             ("cameras: cannot be combined with a contract", {"contract": "plain", "cameras": ["head"]}),
             ("unknown task '--help'", {"task": "--help"}),

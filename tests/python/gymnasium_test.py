@@ -151,7 +151,7 @@ class GymnasiumTest(unittest.TestCase):
             with self.assertRaisesRegex(evalbus.InputError, "the environment is closed"):
                 env.unwrapped.reset(seed=0)
         for options, words in (
-            ({"cameras": "head"}, "cameras: expected a list"),
+            ({"cameras": 3}, "cameras: expected a list"),
             ({"cameras": None}, "expected a list"),
             ({"cameras": ["nose"]}, "no camera 'nose'; this scene has head"),
         ):

@@ -124,6 +124,17 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   ExpectEqual(resumed);
 }
 
+TEST_F(Collect, TakesOneTaskWithOneVariation) {
+  for (const std::string tasks : {"lift_pot/all", "all", "lift_pot/position,stack_two_blocks/position"}) {
+    const fs::path out = folder_.path() / "several";
+    const Result result = RunProgram({"evalbus", "collect", tasks, "--episodes", "1", "--out", out});
+    EXPECT_EQ(result.code, 1);
+    EXPECT_EQ(result.err,
+              "error: collect: expected one task with one variation, such as lift_pot/position, not '" +
+                  tasks + "'\n");
+  }
+}
+
 TEST_F(Collect, KilledAtItsEndIsCompletedByResume) {
   if (kIsSanitized) GTEST_SKIP() << "a sanitizer must be the first library of a process";
   const auto collect = [&](const fs::path& out, const std::string& call) {

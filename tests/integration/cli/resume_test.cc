@@ -640,6 +640,22 @@ TEST(Plan, RefusesOptionsThatItSetsItself) {
             0);
 }
 
+TEST(Plan, ResumeStatesThatTheFolderHasNoPlan) {
+  const TemporaryFolder folder;
+  const fs::path out = folder.path() / "out", plan = folder.path() / "plan.yaml";
+  WriteText(plan, "policies: [random]\ntasks: [" + ShortTask(folder.path(), 0.1) + "/base]\nepisodes: 1\n");
+  const std::string note = out.string() + " has no run to resume: starting a new one\n";
+  const Result first = RunProgram({"evalbus", "run", plan, "--out", out, "--resume"});
+  EXPECT_EQ(first.code, 0) << first.err;
+  EXPECT_TRUE(first.out.starts_with(note)) << first.out;
+  const Result resumed = RunProgram({"evalbus", "run", plan, "--out", out, "--resume"});
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_EQ(resumed.out.find("has no run to resume"), std::string::npos) << resumed.out;
+  const Result nowhere = RunProgram({"evalbus", "run", plan, "--resume"});
+  EXPECT_EQ(nowhere.code, 1);
+  EXPECT_EQ(nowhere.err, "error: --resume requires --out: the folder of the plan to continue\n");
+}
+
 // A plan that cannot be completed ends before its first episode, as in `plan check` and `plan show`.
 TEST(Plan, IsCheckedInTheScenesOfItsTasks) {
   TemporaryFolder folder;

@@ -339,6 +339,24 @@ TEST_F(RemoteRun, AFailingServerIsNoFailingPolicy) {
   server_->Stop();
 }
 
+// The policy waits for return_s once, not once in each of three attempts.
+TEST_F(RemoteRun, AServerThatIsNotRunningEndsTheRun) {
+  EVALBUS_NEEDS_BUS();
+  Serve(Forward);
+  const std::string contract = Contract();
+  WriteText(contract, std::regex_replace(ReadText(contract), std::regex("return_s: 900"), "return_s: 0.1"));
+  server_->Stop();
+  const fs::path run = folder_.path() / "run";
+  const Result result = Run(contract, 1, run);
+  EXPECT_EQ(result.code, 2) << result.out;
+  EXPECT_NE(result.err.find("error: waited 0.1 s for the policy's server (return_s): "), std::string::npos)
+      << result.err;
+  EXPECT_NE(result.out.find("waiting up to 0.1 s for the policy's server: "), std::string::npos)
+      << result.out;
+  EXPECT_EQ(result.out.find("retrying"), std::string::npos) << result.out;
+  EXPECT_FALSE(fs::exists(run));
+}
+
 TEST_F(RemoteRun, NanIsThePolicysOwn) {
   EVALBUS_NEEDS_BUS();
   std::atomic<int> calls = 0;

@@ -529,6 +529,19 @@ TEST_F(CompareTest, RemarksOnDifferencesOfContracts) {
   EXPECT_EQ(MadeDifferently(scripted.runs[0], a.runs[0]), "");
 }
 
+TEST_F(CompareTest, RemarksOnThePolicysTimeoutOnlyIfItWasExceeded) {
+  ordered_json derived = Info(3), usual = Info(3);
+  derived["policy_timeout_s"] = 730;
+  usual["policy_timeout_s"] = 60;
+  const RecordedRuns served = Run("served", derived, First(1, 3), 1),
+                     expert = Run("e", usual, First(3, 3), 1);
+  EXPECT_EQ(MadeDifferently(served.runs[0], expert.runs[0]), "");
+  RecordedRun exceeded = expert.runs[0];
+  exceeded.episodes[1].end_reason = end_reason::kPolicyTimeout;
+  EXPECT_EQ(MadeDifferently(served.runs[0], exceeded), "policy_timeout_s 730 against 60");
+  EXPECT_EQ(MadeDifferently(exceeded, served.runs[0]), "policy_timeout_s 60 against 730");
+}
+
 TEST_F(CompareTest, RemarksOnOtherDifferences) {
   ordered_json live = Info(6), lockstep = Info(6);
   live["realtime"] = true;

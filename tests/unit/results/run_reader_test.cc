@@ -6,6 +6,7 @@
 #include "base/errors.h"
 #include "base/run_layout.h"
 #include "base/write_whole.h"
+#include "results/found_runs.h"
 #include "results/run_folder.h"
 #include "tests/unit/results/run_folders.h"
 #include "tests/unit/temporary_folder.h"
@@ -148,6 +149,17 @@ TEST_F(RunReaderTest, InvalidEpisodesAreCountedForThemselves) {
   EXPECT_EQ(ErrorOfLines(EpisodeLine(0).dump() + "\n" + invalid.dump() + "\n"),
             "run/episodes.jsonl:2: \"complete\" with \"end_reason\" server_error: such an episode cannot be "
             "complete");
+}
+
+TEST_F(RunReaderTest, AMisspelledFolderGetsAHint) {
+  WriteRun(folder_.path() / "early", RunInfo(1), {EpisodeLine(0)});
+  fs::create_directories(folder_.path() / "earlx");  // not a run
+  const std::string hint =
+      ": no such run folder; did you mean '" + (folder_.path() / "early").string() + "'?";
+  EXPECT_TRUE(Error(folder_.path() / "earli").ends_with(hint)) << Error(folder_.path() / "earli");
+  EXPECT_TRUE(Error(folder_.path() / "earli/").ends_with(hint)) << Error(folder_.path() / "earli/");
+  EXPECT_EQ(Error(folder_.path() / "other"), "other: no such run folder");
+  EXPECT_EQ(SimilarFolder("/nowhere/at/all"), "");
 }
 
 TEST_F(RunReaderTest, RefusesWhatIsNoRunFolder) {

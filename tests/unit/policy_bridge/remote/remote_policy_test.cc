@@ -487,7 +487,16 @@ TEST_F(RemotePolicyTest, AServerThatStaysAwayIsTheEnvironments) {
   server_->Stop();
   Make();
   policy_->Begin({});
-  EXPECT_THROW(Until([&] { return policy_->IsReady(); }), EnvironmentError);
+  // The launcher does not restart a policy that has waited for return_s.
+  try {
+    Until([&] { return policy_->IsReady(); });
+    FAIL();
+  } catch (const LastingError& error) {
+    const std::string words = error.what();
+    EXPECT_TRUE(words.starts_with("waited 0.001 s for the policy's server (return_s): ")) << words;
+  }
+  ASSERT_EQ(notes_.size(), 1u);
+  EXPECT_TRUE(notes_[0].starts_with("waiting up to 0.001 s for the policy's server: ")) << notes_[0];
 }
 
 TEST_F(RemotePolicyTest, ARefusalIsNotWaitedFor) {
