@@ -134,6 +134,33 @@ PlanResults ReadPlanResults(const PlanFolder& folder) {
   return results;
 }
 
+report::TextTable RateTable(const PlanResults& results) {
+  report::TextTable table = {.header = {"task"}, .rows = {}};
+  std::vector<std::string> tasks;
+  for (const RecordedRuns& suite : results.suites) {
+    table.header.push_back(suite.name);
+    for (const RecordedRun& run : suite.runs) {
+      if (std::ranges::find(tasks, run.task_name()) == tasks.end()) tasks.push_back(run.task_name());
+    }
+  }
+  // Returns the cells of a task; of all tasks if it is empty.
+  const auto row = [&](const std::string& task) {
+    std::vector<std::string> cells = {task.empty() ? "all" : task};
+    for (const RecordedRuns& suite : results.suites) {
+      results::Tally tally;
+      for (const RecordedRun& run : suite.runs) {
+        if (task.empty() || run.task_name() == task) tally.Add(run);
+      }
+      const metrics::RunSummary summary = tally.Summary();
+      cells.push_back(report::RateCell(summary.successes, summary.judged));
+    }
+    return cells;
+  };
+  for (const std::string& task : tasks) table.rows.push_back(row(task));
+  if (tasks.size() > 1) table.rows.push_back(row(""));
+  return table;
+}
+
 std::map<fs::path, std::string> PlanPages(const PlanFolder& folder, const PlanResults& results, size_t most) {
   const Plan& plan = folder.plan();
   std::map<fs::path, std::string> pages;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "plans/plan_folder.h"
+#include "report/comparison_tables.h"
 #include "results/comparison.h"
 #include "results/ranking.h"
 
@@ -28,6 +29,10 @@ struct PlanResults {
 
 // Reads the results of a plan. Throws InputError if a policy has no finished episode.
 PlanResults ReadPlanResults(const PlanFolder& folder);
+
+// Returns the success rates with their 95 % intervals: one column per policy, one row per task, and one row
+// over all tasks if there are several.
+report::TextTable RateTable(const PlanResults& results);
 
 // Returns the pages that WritePlanPages() writes, by file. most: maximum size in bytes of a comparison page
 // with its episodes for 3D playback; 0: no 3D playback.

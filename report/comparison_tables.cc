@@ -58,17 +58,11 @@ std::vector<std::string> SuccessCells(const Comparison& comparison, const std::s
                                       const SuccessComparison& success) {
   const auto points = [](double share) { return PercentagePoints(share, 1); };
   const bool has_both = success.has_both_sides();
-  const auto rate = [](int successes, int trials) {
-    if (trials == 0) return std::string("-");
-    const metrics::Interval wilson = metrics::WilsonInterval(successes, trials);
-    return fmt::format("{}/{} ({} to {} %)", successes, trials, PercentagePoints(wilson.lower),
-                       PercentagePoints(wilson.upper));
-  };
   return {task,
           comparison.run.name,
-          rate(success.successes, success.trials),
+          RateCell(success.successes, success.trials),
           comparison.baseline.name,
-          rate(success.baseline_successes, success.baseline_trials),
+          RateCell(success.baseline_successes, success.baseline_trials),
           has_both ? points(success.difference) : "-",
           has_both ? fmt::format("{} to {}", points(success.difference_95.lower),
                                  points(success.difference_95.upper))
@@ -127,6 +121,13 @@ std::string LatexTable(const TextTable& table) {
                                  std::string(table.header.size() - 1, 'r'), row(table.header));
   for (const auto& cells : table.rows) text += row(cells);
   return text + "\\bottomrule\n\\end{tabular}\n";
+}
+
+std::string RateCell(int successes, int trials) {
+  if (trials == 0) return "-";
+  const metrics::Interval wilson = metrics::WilsonInterval(successes, trials);
+  return fmt::format("{}/{} ({} to {} %)", successes, trials, PercentagePoints(wilson.lower),
+                     PercentagePoints(wilson.upper));
 }
 
 TextTable SuccessTable(const std::vector<Comparison>& comparisons) {

@@ -89,7 +89,7 @@ Action ActionOf(CLI::App* app, void (*add_options)(CLI::App*, Options*), int (*r
   COMMAND(AddReport, "Compare", "report", "write a run, a suite or a plan as one HTML page",                 \
           "  evalbus report runs/noisy\n"                                                                    \
           "  evalbus report runs/noisy --out noisy.html --mb 20\n"                                           \
-          "  evalbus report results")                                                                        \
+          "  evalbus report results --latex table.tex")                                                      \
   COMMAND(AddCollect, "Record", "collect", "record successful demonstrations from evenly spread starts",     \
           "  evalbus collect lift_pot/position --episodes 200 --out runs/set\n"                              \
           "  evalbus collect lift_pot/position --episodes 200 --noise 0.03 --out runs/set\n"                 \

@@ -10,10 +10,13 @@
 
 #include "base/arguments.h"
 #include "base/errors.h"
+#include "base/output_files.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
 #include "cli/commands/file_options.h"
+#include "plans/plan_folder.h"
 #include "plans/plan_report.h"
+#include "report/comparison_tables.h"
 #include "report/run_report.h"
 #include "report/viewer_pack.h"
 #include "results/run_reader.h"
@@ -35,6 +38,8 @@ struct ReportOptions {
   std::vector<int> episodes;
   // Maximum size of the page with its viewer; 0: no viewer.
   double megabytes = report::kPageMegabytes;
+  // Files for the success rates of a plan; may be empty.
+  std::filesystem::path markdown, latex;
 };
 
 void AddOptions(CLI::App* app, ReportOptions* options) {
@@ -53,6 +58,15 @@ void AddOptions(CLI::App* app, ReportOptions* options) {
          "images")
       ->check(InRange(0.0, 2000.0))
       ->capture_default_str();
+  app->add_option("--markdown", options->markdown,
+                  "also write the success rates of a plan to this file, by task and policy, as Markdown")
+      ->type_name("FILE")
+      ->check(CheckOutputFile);
+  app->add_option(
+         "--latex", options->latex,
+         "also write the success rates of a plan to this file, as a LaTeX tabular (package booktabs)")
+      ->type_name("FILE")
+      ->check(CheckOutputFile);
 }
 
 // Prints the page's path, remarks on logs that are damaged or missing and, if the page of a run or suite has
@@ -65,10 +79,23 @@ int WriteReport(const ReportOptions& options) {
                        ": a plan, whose page is always its report.html; -o and --mb require a run or "
                        "suite, --episode a run");
     }
+    CheckFilesDiffer({{"--markdown", options.markdown}, {"--latex", options.latex}});
     const plans::PlanFolder folder(options.run);
-    plans::WritePlanPages(folder, plans::ReadPlanResults(folder));
+    const plans::PlanResults results = plans::ReadPlanResults(folder);
+    plans::WritePlanPages(folder, results);
     fmt::print("{}\n", fs::proximate(options.run / "report.html").string());
+    const std::string what = "Successes of the complete episodes, with Wilson's 95 % interval of each rate.";
+    const report::TextTable table = plans::RateTable(results);
+    if (!options.markdown.empty())
+      WriteWhole(options.markdown, report::MarkdownTable(table) + "\n" + what + "\n");
+    if (!options.latex.empty()) WriteWhole(options.latex, "% " + what + "\n" + report::LatexTable(table));
+    for (const fs::path& file : {options.markdown, options.latex}) {
+      if (!file.empty()) fmt::print("{}\n", file.string());
+    }
     return 0;
+  }
+  if (!options.markdown.empty() || !options.latex.empty()) {
+    throw InputError("--markdown and --latex require a plan; for runs and suites, use 'evalbus compare'");
   }
   results::RecordedRuns runs = results::ReadRuns(options.run);
   if (runs.is_suite && !options.episodes.empty()) {

@@ -129,6 +129,13 @@ TEST_F(PlanPages, AreWrittenAlsoIfThereIsNoFfmpeg) {
   EXPECT_THAT(run.err, HasSubstr("videos are missing: hold  "));
   EXPECT_THAT(run.err, HasSubstr("; to record them, run the same command with --out "));
   EXPECT_TRUE(fs::exists(results_ / "report.html"));
+
+  // Wilson's interval of 0 of 1 ends at z^2 / (1 + z^2) = 0.793.
+  const fs::path table = folder_.path() / "table.md";
+  const Result report = RunProgram({"evalbus", "report", results_, "--markdown", table});
+  EXPECT_EQ(report.code, 0) << report.err;
+  EXPECT_THAT(ReadText(table), HasSubstr("| task | hold | random |\n"));
+  EXPECT_THAT(ReadText(table), HasSubstr("/position | 0/1 (0 to 79 %) | 0/1 (0 to 79 %) |\n"));
 }
 
 // The plan is interrupted when the first of three reports has begun. On a loaded machine, all reports may
