@@ -168,7 +168,7 @@ class GymnasiumTest(unittest.TestCase):
             _, second = env.reset()
             _, same = env.reset(seed=0, options={"episode": 1})
             self.assertEqual(second["metrics"], same["metrics"])
-        with make() as env, self.assertRaisesRegex(evalbus.InputError, "there is no 'episodes', only 'episode'"):
+        with make() as env, self.assertRaisesRegex(evalbus.InputError, "expected the key 'episode', got 'episodes'"):
             env.reset(seed=0, options={"episodes": 3})
 
     def test_wrong_input_of_vectors(self):
