@@ -393,8 +393,8 @@ Evalbus.Viewer = class {
     if (this.player.isFollowing) {
       this.followNewest();
       const run = this.runs.get(this.shownRun);
-      // No process of an interrupted run sends ticks.
-      const isGoingOn = !run || run.track || (!run.info.is_over && (run.info.is_live || run.info.is_active));
+      // No process of an interrupted run or of a run in one process sends ticks.
+      const isGoingOn = !run || run.track || (!run.info.is_over && run.info.is_live);
       if (this.tracks.length || isGoingOn) return;
     } else if (this.isPacked && this.connectionState !== "packed") {
       return;
