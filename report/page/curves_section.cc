@@ -27,7 +27,8 @@ void Event(const EpisodeEvent& event, bool video, Markup* html) {
 }
 
 void Events(const std::vector<EpisodeEvent>& events, bool video, Markup* html) {
-  html->Element("ol", {{"class", "events"}}, [&] {
+  // Without 3D, the list has no buttons, and the keyboard can scroll it only if it has the focus.
+  html->Element("ol", {{"class", "events"}, {"tabindex", "0"}}, [&] {
     for (const EpisodeEvent& event : events) html->Element("li", {}, [&] { Event(event, video, html); });
   });
 }
