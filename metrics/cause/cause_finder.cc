@@ -40,6 +40,16 @@ bool IsNegated(const condition_t& condition) {
   return condition.text.find(" not ") != std::string::npos || condition.text.starts_with("no ");
 }
 
+int64_t LastShare(int64_t last_tick) {
+  return static_cast<int64_t>(kLastShare * static_cast<double>(last_tick));
+}
+
+// Returns whether the gripper came to the object, and was not always near it.
+bool IsApproach(const Approach& approach) {
+  return approach.is_nearest_object && approach.distance <= kReach &&
+         approach.distance <= approach.farthest - Closings::kNear;
+}
+
 int64_t Length(const CauseHold& hold) { return hold.last_tick - hold.first_tick; }
 
 bool IsAnyGripper(const std::string& name) { return name == "any" || name == "first" || name == "other"; }
@@ -69,6 +79,11 @@ void CauseFinder::Start() {
 }
 
 int64_t CauseFinder::Ticks(double seconds) const { return std::llround(seconds / config_.dt); }
+
+// Returns whether the last share of the episode, and at least kStill, has passed since the tick.
+bool CauseFinder::IsSinceLong(int64_t tick, int64_t last_tick) const {
+  return last_tick - tick >= std::max(LastShare(last_tick), Ticks(kStill));
+}
 
 double CauseFinder::Time(int64_t tick) const { return TickTime(tick, config_.dt); }
 
@@ -358,8 +373,7 @@ void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<Ca
   for (size_t o = 0; o < config_.objects.size(); ++o) {
     for (size_t k = 0; k < config_.grippers.size(); ++k) {
       const Approach& approach = closings_.approach(o, k);
-      if (!approach.left || !approach.is_nearest_object || approach.distance > kReach ||
-          approach.distance > approach.farthest - Closings::kNear ||
+      if (!approach.left || !IsApproach(approach) ||
           approach.closed_distance <= approach.distance + Closings::kNear)
         continue;
       const auto gripper = static_cast<int>(k);
@@ -378,14 +392,11 @@ void CauseFinder::AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<Ca
 std::optional<CauseMoment> CauseFinder::OpenHandAtObject(const std::vector<Unmet>& unmet,
                                                          int64_t last_tick) const {
   std::optional<CauseMoment> first;
-  const auto last_share = static_cast<int64_t>(kLastShare * static_cast<double>(last_tick));
   for (size_t o = 0; o < config_.objects.size(); ++o) {
     for (size_t k = 0; k < config_.grippers.size(); ++k) {
       const Approach& approach = closings_.approach(o, k);
       const auto gripper = static_cast<int>(k);
-      if (last_tick - approach.stay_tick < std::max(last_share, Ticks(kStill)) ||
-          !approach.is_nearest_object || approach.distance > kReach ||
-          approach.distance > approach.farthest - Closings::kNear ||
+      if (!IsSinceLong(approach.stay_tick, last_tick) || !IsApproach(approach) ||
           (first && first->tick <= approach.arrival_tick) ||
           !IsMiss(gripper, approach.arrival_tick, approach.distance, unmet, o))
         continue;
@@ -417,24 +428,26 @@ void CauseFinder::AddFalls(const std::vector<Unmet>& unmet, std::vector<CauseMom
   }
 }
 
-// Returns whether a gripper of this arm held the object when this contact began, or until at most
-// kInterruption before.
+// Returns whether the hold is by a gripper of this arm, of the object of this contact, and ended at most
+// kInterruption before the contact began.
+bool CauseFinder::IsRecent(const CauseHold& hold, const ArmTouch& touch) const {
+  return config_.object_entity[hold.object] == touch.pair.entity &&
+         config_.gripper_arm[hold.gripper] == touch.pair.arm &&
+         hold.last_tick >= touch.first_tick - Ticks(CauseCollisions::kInterruption);
+}
+
+// Returns whether a gripper of this arm held the object when this contact began, or shortly before.
 bool CauseFinder::WasJustHeld(const ArmTouch& touch) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
-    return config_.object_entity[hold.object] == touch.pair.entity &&
-           config_.gripper_arm[hold.gripper] == touch.pair.arm && hold.first_tick <= touch.first_tick &&
-           hold.last_tick >= touch.first_tick - Ticks(CauseCollisions::kInterruption);
+    return IsRecent(hold, touch) && hold.first_tick <= touch.first_tick;
   });
 }
 
-// Returns true if a gripper of this arm had put the object down at most kInterruption before the contact, and
-// the object stayed there.
+// Returns whether a gripper of this arm had put the object down shortly before the contact, and the object
+// stayed there.
 bool CauseFinder::WasReleased(const ArmTouch& touch) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
-    return config_.object_entity[hold.object] == touch.pair.entity &&
-           config_.gripper_arm[hold.gripper] == touch.pair.arm && hold.opened && !HasFallen(hold) &&
-           hold.last_tick <= touch.first_tick &&
-           hold.last_tick >= touch.first_tick - Ticks(CauseCollisions::kInterruption);
+    return IsRecent(hold, touch) && hold.last_tick <= touch.first_tick && hold.opened && !HasFallen(hold);
   });
 }
 
@@ -508,8 +521,7 @@ std::optional<CauseMoment> CauseFinder::IdleArm(int64_t last_tick) const {
   for (size_t k = 0; k < config_.grippers.size(); ++k) {
     const int arm = config_.gripper_arm[k];
     const int64_t since = arm_rest_[arm].since();
-    const auto last_share = static_cast<int64_t>(kLastShare * static_cast<double>(last_tick));
-    if (last_tick - since < std::max(last_share, Ticks(kStill))) continue;
+    if (!IsSinceLong(since, last_tick)) continue;
     const bool another_moves = std::ranges::any_of(
         arm_rest_, [&](const Rest& other) { return other.since() - since >= Ticks(kStill); });
     if (!another_moves || !LacksHold(config_.grippers[k]) || (first && first->tick <= since)) continue;
@@ -523,8 +535,8 @@ CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, con
   for (const int64_t tick : stage_tick_) progress = std::max(progress, tick);
   if (!unmet.empty()) progress = std::max(progress, unmet[0].best->progress_tick);
   const int64_t rest = rest_.since();
-  const auto last_share = static_cast<int64_t>(kLastShare * static_cast<double>(end.last_tick));
-  if (end.last_tick - rest >= std::max(last_share, Ticks(kStill)) && rest - progress <= Ticks(kPatience)) {
+  const int64_t last_share = LastShare(end.last_tick);
+  if (IsSinceLong(rest, end.last_tick) && rest - progress <= Ticks(kPatience)) {
     return {.kind = cause_kind::kStall, .tick = rest};
   }
   // A slow robot may have come too little closer for its approach to count as progress, and it may wait.

@@ -128,6 +128,7 @@ class CauseFinder {
   bool IsMiss(int gripper, int64_t tick, double distance, const std::vector<Unmet>& unmet,
               size_t object) const;
   void AddEmptyGrasps(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
+  bool IsRecent(const CauseHold& hold, const ArmTouch& touch) const;
   bool WasJustHeld(const ArmTouch& touch) const;
   bool WasReleased(const ArmTouch& touch) const;
   bool IsTouchOfGrasp(const ArmTouch& touch) const;
@@ -146,6 +147,7 @@ class CauseFinder {
   std::string Text(const CauseMoment& moment, const CauseEnd& end) const;
   std::string What(const CauseMoment& moment, const CauseEnd& end) const;
   int64_t Ticks(double seconds) const;
+  bool IsSinceLong(int64_t tick, int64_t last_tick) const;
   double Time(int64_t tick) const;
 
   const CauseConfig config_;
