@@ -48,8 +48,9 @@ std::string Listed(const std::vector<condition_t>& conditions) {
 
 // Returns, for example, "height of pot reached 0.997 m, at least 1.096 m is needed", "height of pot reached
 // 1.097 m and was 0.951 m at the end, at least 1.096 m is needed", "height of pot stayed at 0.996 m, at least
-// 1.096 m is needed", or "condition not met: left holds pot".
-std::string Reached(const condition_t& condition, const BestOfCondition& best) {
+// 1.096 m is needed", or "condition not met: left holds pot". The value at the end is stated if the condition
+// was met before, and, for a missed condition, if at least half of the approach to it was lost again.
+std::string Reached(const condition_t& condition, const BestOfCondition& best, bool is_missed) {
   const std::string text = Words(condition.text);
   // The value of `lasts` is a duration. Its text may contain the limit of its operand, for example "at least
   // 0.1 m", which must not be compared with that duration.
@@ -60,12 +61,16 @@ std::string Reached(const condition_t& condition, const BestOfCondition& best) {
     if (at == std::string::npos || std::isnan(best.value) || quantity.ends_with(" not")) continue;
     const auto shown = [&](double value) {
       const double threshold = condition.threshold_mixed;
+      // A number that is tiny beside the limit is noise of the simulation.
+      if (std::abs(value) < 1e-3 * std::abs(threshold)) value = 0;
       const std::string relation = condition.comparison == ">=" ? (value >= threshold ? ">=" : "<")
                                                                 : (value <= threshold ? "<=" : ">");
       return Compared(value, relation, threshold, condition.unit).value;
     };
-    const std::string at_end =
-        best.gap == 0 ? " and was " + shown(condition.value_mixed) + " at the end" : "";
+    const double lost = GapOfNumber(condition) - best.gap;
+    const bool is_undone = best.gap == 0 || (is_missed && lost >= ConditionProgress::kStep * best.first_gap &&
+                                             lost >= 0.5 * (best.first_gap - best.gap));
+    const std::string at_end = is_undone ? " and was " + shown(condition.value_mixed) + " at the end" : "";
     const bool stayed = best.progress_tick == 0 && shown(best.value) == shown(condition.value_mixed);
     return fmt::format("{} {} {}{}, {} is needed", quantity, stayed ? "stayed at" : "reached",
                        shown(best.value), at_end, text.substr(at + 1));
@@ -164,7 +169,7 @@ std::string CauseFinder::Lack(const CauseMoment& moment) const {
     chosen = &condition;
     best = &candidate;
   }
-  return chosen ? Reached(*chosen, *best) : "";
+  return chosen ? Reached(*chosen, *best, moment.kind == cause_kind::kMissedCondition) : "";
 }
 
 std::string CauseFinder::Text(const CauseMoment& moment, const CauseEnd& end) const {

@@ -16,12 +16,19 @@ namespace evalbus::metrics {
 struct BestOfCondition {
   // How far (>= 0, in the condition's unit; m for a hold) the condition was from being met; NaN: no measure.
   double gap = NAN;
+  double first_gap = NAN;
   // The number that the condition compares, when the gap was smallest; NaN if it compares none.
   double value = NAN;
   // Last tick at which the gap fell by at least kStep of the first gap, or at which the condition held.
   int64_t progress_tick = 0;
   bool was_met = false;
 };
+
+// Returns how far the condition's number is from being met, >= 0, in the condition's unit.
+inline double GapOfNumber(const condition_t& condition) {
+  const double above = condition.value_mixed - condition.threshold_mixed;
+  return std::max(0.0, condition.comparison == ">=" ? -above : above);
+}
 
 class ConditionProgress {
  public:
@@ -38,16 +45,12 @@ class ConditionProgress {
       track.best.progress_tick = tick;
       track.best.was_met = true;
     }
-    double gap = distance;
-    if (condition.has_value) {
-      const double above = condition.value_mixed - condition.threshold_mixed;
-      gap = std::max(0.0, condition.comparison == ">=" ? -above : above);
-    }
+    const double gap = condition.has_value ? GapOfNumber(condition) : distance;
     if (!std::isfinite(gap) || gap >= track.best.gap) return;
-    if (std::isnan(track.best.gap)) track.first = track.mark = gap;
+    if (std::isnan(track.best.gap)) track.best.first_gap = track.mark = gap;
     track.best.gap = gap;
     if (condition.has_value) track.best.value = condition.value_mixed;
-    if (gap > track.mark - kStep * track.first) return;
+    if (gap > track.mark - kStep * track.best.first_gap) return;
     track.mark = gap;
     track.best.progress_tick = tick;
   }
@@ -57,8 +60,7 @@ class ConditionProgress {
  private:
   struct Track {
     BestOfCondition best;
-    double first = 0;  // first gap
-    double mark = 0;   // gap at the last progress
+    double mark = 0;  // gap at the last progress
   };
   std::vector<Track> tracks_;
 };

@@ -153,6 +153,22 @@ TEST_F(CauseFinderTest, AGripperLosesTheObjectWhileItCloses) {
   EXPECT_EQ(Reason(), "grasp_slip");
 }
 
+TEST_F(CauseFinderTest, AMissedConditionTellsThatItsApproachWasLost) {
+  HoldWithBoth();
+  object_[0][2] = 1.05;
+  Move(5);  // up to tick 25
+  object_[0][2] = 1.026;
+  Move(300);  // less than half of the approach is lost
+  Expect("missed_condition", 21,
+         "Last progress at 0.42 s, although the robot kept moving (2 of 3 stages by then); height of kitchen "
+         "pot reached 1.050 m, at least 1.1 m is needed.");
+  object_[0][2] = 1.024;
+  Move(1);
+  Expect("missed_condition", 21,
+         "Last progress at 0.42 s, although the robot kept moving (2 of 3 stages by then); height of kitchen "
+         "pot reached 1.050 m and was 1.024 m at the end, at least 1.1 m is needed.");
+}
+
 TEST_F(CauseFinderTest, AGripperOpens) {
   HoldWithBoth();
   object_[0][2] = 1.05;
