@@ -1,7 +1,7 @@
 // Tests predicates, quantities and verdicts in handwritten worlds.
 #include "metrics/task/task_evaluator.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <cmath>
 #include <numbers>
@@ -14,6 +14,9 @@
 namespace evalbus::metrics::task_evaluator_test {
 
 using namespace small_world;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::StartsWith;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
@@ -206,14 +209,17 @@ TEST_F(ExpressionTest, DistanceIsFromAGrippersWristOrABodysOrigin) {
 }
 
 TEST_F(ExpressionTest, ReportsMistakesWithFileAndLine) {
-  EXPECT_EQ(PredicateError(Call("holds", {})),
-            "t.yaml:3: there is no predicate 'holds'; expected one of all, any, distance, height_above, "
-            "holding, inside, joint_fraction, joint_speed, lasts, latched, lift, not, on, position, reached, "
-            "speed, tilt, tilt_below, touching");
-  EXPECT_EQ(
-      QuantityError(Call("dist", {})),
-      "t.yaml:3: there is no quantity 'dist'; expected one of distance, joint_fraction, joint_speed, lift, "
-      "position, speed, tilt");
+  // Other tests of this program register names of their own.
+  const std::string predicate = PredicateError(Call("holds", {}));
+  EXPECT_THAT(predicate, StartsWith("t.yaml:3: there is no predicate 'holds'; expected one of "));
+  EXPECT_THAT(predicate,
+              HasSubstr("all, any, distance, height_above, holding, inside, joint_fraction, joint_speed, "
+                        "lasts, latched, lift, "));
+  EXPECT_THAT(predicate, EndsWith("on, position, reached, speed, tilt, tilt_below, touching"));
+  const std::string quantity = QuantityError(Call("dist", {}));
+  EXPECT_THAT(quantity, StartsWith("t.yaml:3: there is no quantity 'dist'; expected one of distance, "
+                                   "joint_fraction, joint_speed, lift, "));
+  EXPECT_THAT(quantity, EndsWith("position, speed, tilt"));
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "left"}})),
             "t.yaml:3: key 'object': required here, but missing in 'holding'");
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "left"}, {"object", "pot"}, {"arm", "left"}})),
