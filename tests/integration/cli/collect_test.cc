@@ -111,7 +111,7 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_NE(again.out.find(kYield), std::string::npos) << again.out;
   ExpectEqual(resumed);
-  // Resuming with other options is refused.
+  // Resuming with different options is refused.
   const Result of_other_seed = RunProgram(Command(resumed, {"--in-process", "--resume", "--seed", "1"}));
   EXPECT_EQ(of_other_seed.code, 1);
   EXPECT_NE(of_other_seed.err.find("the run was made with seed 0, not 1"), std::string::npos)

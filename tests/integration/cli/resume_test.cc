@@ -542,7 +542,7 @@ TEST(Plan, EventsAreLinesOfJson) {
                 (std::vector<double>{0, 0.1, 0.2, 0.3, 0.4}));
     }
   }
-  // `episodes` is only the number until the first look at the results.
+  // The plan's `episodes` is only the number before the first look, so the maximum is shown.
   const Result status = RunProgram({"evalbus", "status", out});
   EXPECT_EQ(status.out,
             "8 of at most 8 episodes done; the plan has ended\n         4  random\n         4  still\n");

@@ -172,7 +172,7 @@ TEST_F(ExplanationTest, AnglesHaveHundredthsBelowADegreeAndTenthsAbove) {
   }
 }
 
-// A threshold must not be rounded to another value when it is shown.
+// A threshold must not be rounded to a different value when it is shown.
 TEST_F(ExplanationTest, ANumberNearItsLimitHasEnoughDigitsForTheComparison) {
   for (const auto& [limit, height, text] : {std::tuple("1.096", 1.0961, "1.096 m >= 1.096"),
                                             {"1.096", 1.1034, "1.103 m >= 1.096"},

@@ -95,7 +95,7 @@ Simulated Simulate(const Rates& rates, int step, int most, double alpha, bool on
 TEST(SequentialMcNemar, TestingAfterEveryPairKeepsTheErrorRate) {
   for (const double rate : {0.1, 0.5, 0.9}) {
     for (const bool on_progress : {false, true}) {
-      // Progress is a fair coin at every rate, so one rate is enough.
+      // Which policy is ahead is a fair coin toss at every rate, so one rate is enough.
       if (on_progress && rate != 0.5) continue;
       const Simulated equal = Simulate({rate, rate}, 1, 200, 0.05, on_progress);
       std::printf("equal policies, rate %.1f, %s: %.2f %% decided\n", rate,

@@ -243,7 +243,7 @@ INSTANTIATE_TEST_SUITE_P(
                                  <geom type="box" size=".2 .2 .2" pos="0 0 .4"/>)"}),
     [](const auto& shape) { return shape.param.name; });
 
-// A ball flies, and a camera next to it moves along.
+// A flying ball, and a camera that moves along with it.
 constexpr char kFlyingBall[] = R"(<body name="ball" pos="0 0 .5"><freejoint/>
     <camera name="rider" pos="0 -.8 .3" xyaxes="1 0 0 0 .3 1" fovy="60"/>
     <geom type="sphere" size=".15" rgba=".9 .2 .1 1"/></body>)";
