@@ -565,7 +565,8 @@ CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const Cause
             .tick = end.last_tick};
   }
   // An object that was put down as the task requires does not explain a failure with another object. A
-  // gripper that stayed open may have had nothing to do because of it.
+  // gripper that stayed open does not count as such a failure, because it may have had nothing to do after
+  // the object was put down.
   const auto is_harmless = [&](const CauseMoment& moment) {
     return moment.put_down && std::ranges::any_of(moments, [&](const CauseMoment& other) {
              return (!other.put_down || other.tick > moment.tick) && !other.stayed_open &&
