@@ -24,7 +24,7 @@ constexpr int kRepeats = 5;
 // A target that is farther than this beyond a joint limit is not a rounding error.
 constexpr double kBeyondLimit = 0.05;  // rad
 // If a gripper value is outside the range between `open` and `closed` by more than this fraction of the
-// range, the server probably uses another range.
+// range, the server probably uses a different range.
 constexpr double kBeyondGripper = 0.5;
 // Limit of the first step (rad) if the contract defines none.
 constexpr double kLargeStep = 0.5;
