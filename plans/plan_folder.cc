@@ -30,7 +30,7 @@ fs::path Hidden(const PlanFolder& folder, const Shard& shard, const std::string&
   return folder.path() / kPartsFolder / fmt::format(".{}.{}", shard.name(), ending);
 }
 
-// Returns what to do if a task file of the plan was moved; empty if the difference is another one.
+// Returns what to do if a task file of the plan was moved; empty for any other difference.
 std::string AdviceIfMoved(const results::Difference& difference) {
   if (!difference.name.starts_with("tasks.")) return "";
   const auto file_of = [](std::string text) {

@@ -63,7 +63,7 @@ size_t PlaceOfKept(const std::vector<int>& stratum, const std::set<int>& kept) {
   return static_cast<size_t>(found - stratum.begin());
 }
 
-// Throws InputError if the collection in the folder has other options.
+// Throws InputError if the collection in the folder has different options.
 void CheckCollection(const RunOptions& options, int wanted) {
   const results::RecordedRun before = results::ReadRunInfo(options.out);
   if (before.seed_stream != kCollectSeeds)

@@ -240,7 +240,7 @@ Action AddRun(CLI::App* app) {
     // The old run's name belongs to its policy.
     if (!like->empty() && app->count("--policy") > 0 && app->count("--policy-name") == 0)
       options->policy_name.clear();
-    // Its contract belongs to its policy, too, but another address may be that of the same policy's server.
+    // Its contract also belongs to its policy, but a server at a different address may run the same policy.
     if (!like->empty() && app->count("--policy") > 0 && app->count("--contract") == 0 &&
         options->policy.policy.find("://") == std::string::npos) {
       options->policy.contract.clear();
