@@ -93,8 +93,8 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
   app->add_option("--seed", options->seed,
                   "seed of the video's episodes; default: the first at which only one of the two succeeded");
   app->add_flag("--across-engines", options->across_engines,
-                "compare runs even if different versions of MuJoCo simulated them, which changes success "
-                "rates\n('evalbus certify' tests by how much)");
+                "compare runs that different versions of MuJoCo simulated, although success rates depend on "
+                "the version\n('evalbus certify' tests by how much)");
 }
 
 // Reads an episode of a run and labels it with the run's name.

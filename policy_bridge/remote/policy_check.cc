@@ -254,9 +254,9 @@ class Check {
     }
     if (largest_later > limit)
       Doubt(fmt::format("{}; expected at most {:g} rad: are the rows steps of one chunk?", later, limit));
-    if (!beyond.empty()) Doubt(beyond + ": other joints, another unit?");
+    if (!beyond.empty()) Doubt(beyond + ": is the order of the joints or the unit wrong?");
     if (unreachable > 0) {
-      Doubt(fmt::format("{} of the {} steps' wrist poses are out of reach: another frame or unit?",
+      Doubt(fmt::format("{} of the {} steps' wrist poses are out of reach: is the frame or unit wrong?",
                         unreachable, contract_.execute_steps));
     }
   }
