@@ -218,7 +218,7 @@ def check_links(browser, policies, found):
         found.append("the address does not name the episode")
     browser.evaluate("history.back()")
     wait_until(browser, f"{VIEWS}.name === 'board' && location.hash === '#/board'", "back does not lead to the overview")
-    # The failed episode is longer than the success beside which it is shown.
+    # The failed episode is longer than the success next to it.
     late_s = first["metrics"]["completion_time"] - 0.5
     browser.evaluate(f"location.hash = '#view:run=0,episode={first['episode']},t={late_s:.3f},other=1/{first['episode']}'")
     wait_until(browser, "evalbusViewer.tracks.length === 2 && evalbusViewer.tracks[0].run === 0"

@@ -1,5 +1,5 @@
-// Reads any text as a run folder: the first line is run.json, and the others are episodes.jsonl. The folder
-// is read as by report, compare and export, and as by --resume.
+// Reads arbitrary text as a run folder: the first line is run.json, and the others are episodes.jsonl. The
+// folder is read both as report, compare and export read it, and as --resume reads it.
 #include <algorithm>
 
 #include "base/errors.h"

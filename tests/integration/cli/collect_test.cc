@@ -105,8 +105,8 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   EXPECT_EQ(rest.code, 0) << rest.err;
   ExpectEqual(resumed);
 
-  // Resuming a complete collection succeeds, so that a shell loop that repeats the command until it succeeds
-  // ends.
+  // Resuming a complete collection succeeds, which ends a shell loop that repeats the command until it
+  // succeeds.
   const Result again = RunProgram(Command(resumed, {"--in-process", "--resume"}));
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_NE(again.out.find(kYield), std::string::npos) << again.out;

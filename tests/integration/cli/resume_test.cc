@@ -700,7 +700,7 @@ TEST(Suite, ResumeRefusesToForgetRuns) {
   EXPECT_EQ(seed.code, 1);
   EXPECT_NE(seed.err.find("the run was made with seed 0, not 4"), std::string::npos) << seed.err;
   EXPECT_EQ(Contents(suite), before);
-  // A resumed suite accepts further tasks.
+  // A resumed suite accepts additional tasks.
   const Result more = run({"lift_pot/base", "lift_pot/position", "cube_handover/base"}, {"--resume"});
   EXPECT_EQ(more.code, 0) << more.err;
   EXPECT_EQ(nlohmann::json::parse(ReadText(suite / "summary.json"))["all"]["episodes"], 3);

@@ -883,7 +883,7 @@ TEST_F(CompareTest, SeveralAreAdjusted) {
   EXPECT_DOUBLE_EQ(results[0].success.p, 1.0 / 32);
   EXPECT_DOUBLE_EQ(results[0].success.p_adjusted, 1.0 / 16);
   EXPECT_TRUE(Conclusion(results[0]).starts_with("No difference shown")) << Conclusion(results[0]);
-  // Every adjusted p is called adjusted, also the largest, which Holm leaves as it is.
+  // Every adjusted p is called adjusted, even the largest, which Holm's method leaves unchanged.
   EXPECT_EQ(results[1].success.p_adjusted, results[1].success.p);
   for (const Comparison& result : results)
     EXPECT_THAT(Evidence(result), testing::HasSubstr(", exact McNemar, adjusted with Holm's method, p = "));

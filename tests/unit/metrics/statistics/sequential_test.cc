@@ -114,7 +114,7 @@ TEST(SequentialMcNemar, StopsEarlyWhereItIsClear) {
   EXPECT_LT(looks.mean_pairs, 50);
 }
 
-// The policies have equal success, but one gets further or is faster in 80 % of the pairs.
+// The policies have equal success, but one makes more progress or is faster in 80 % of the pairs.
 TEST(SequentialMcNemar, ProgressDecidesWhereSuccessCannot) {
   const Rates rates{0.7, 0.7, 0.8};
   EXPECT_LT(Simulate(rates, 1, 200, 0.05, false).decided, 0.05);

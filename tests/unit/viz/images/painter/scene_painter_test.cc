@@ -257,8 +257,8 @@ TEST(ScenePainter, WhatMovesTakesItsShadowAlong) {
     stage.Move();
     for (int camera = 0; camera < 3; ++camera) {
       SCOPED_TRACE(fmt::format("ball at {}, camera {}", x, camera));
-      // Our image is drawn first. MuJoCo's shadow map of this state would hide the fault that ours belongs to
-      // the previous state.
+      // Our image is drawn first. Otherwise, MuJoCo's shadow map of this state would hide the fault that our
+      // map still belongs to the previous state.
       const Image ours = stage.Ours(camera);
       ExpectSame(ours, stage.Mujocos(camera));
     }
