@@ -181,7 +181,7 @@ struct RunSummary {
   // Returns the notes for the reader of the summary: all nonempty texts of the four functions above, most
   // important first.
   std::vector<std::string> Notes() const;
-  // Returns a note on stages, which are shown beside the success rate; empty if every success reached every
+  // Returns a note on stages, which are shown next to the success rate; empty if every success reached every
   // stage.
   std::string StagesText() const;
   // Notes(), and StagesText() if it is not empty.
