@@ -190,7 +190,7 @@ class KnownGaps {
   }
 
   double travel_ = 0;
-  // Travel of both geoms up to which they are apart; null if the simulation has no memory for gaps.
+  // Travel of both geoms within which they stay apart; null if the simulation has no memory for gaps.
   mjtNum* limit_ = nullptr;
 };
 
@@ -298,7 +298,7 @@ class Expansion {
     faces_.push_back({{a, b, c}, normal, Dot(normal, origin)});
   }
 
-  // Replaces the faces that the vertex is in front of by faces to the vertex.
+  // Replaces the faces that the vertex is in front of by new faces that end at the vertex.
   void Add(const Vertex& vertex) {
     edges_.clear();
     const auto is_seen = [&](const Face& face) {

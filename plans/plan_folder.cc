@@ -157,7 +157,7 @@ void PlanFolder::Put(const Shard& shard, const fs::path& finished) const {
     for (const auto& entry : fs::recursive_directory_iterator(coming)) SyncToDisk(entry.path(), fsync);
   } catch (const fs::filesystem_error& error) {
     fs::remove_all(coming, ignored);
-    // Another process' copy of the shard has been merged, and the merge removed this copy.
+    // Another process's copy of the shard has been merged, and the merge removed this copy.
     if (has(shard)) return;
     ThrowFileError("cannot write " + coming.string(), error.code().value());
   } catch (...) {

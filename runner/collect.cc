@@ -89,7 +89,7 @@ void Collect(RunOptions options) {
                      task + "'");
   }
   const auto strata = Strata(Starts(options, options.episodes), wanted);
-  // Run() removes the variable of the environment, so only the first round would use its bus.
+  // Run() removes the environment variable, so without this option only the first round would use its bus.
   if (options.url.empty() && !options.in_process && options.workers == 1) options.url = UrlOfEnvironment();
 
   const fs::path folder = options.out;

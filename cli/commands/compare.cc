@@ -38,7 +38,7 @@ namespace fs = std::filesystem;
 
 struct CompareOptions {
   std::vector<std::filesystem::path> runs;
-  // Name, policy or folder of the baseline, with which all other runs are compared; empty: the first run.
+  // Name, policy or folder of the baseline that all other runs are compared with; empty: the first run.
   std::string baseline;
   // Names of the metrics to compare; empty: the main metrics.
   std::vector<std::string> on;

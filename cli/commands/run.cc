@@ -154,7 +154,7 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
         "--part, --slurm, --slurm-dry-run: a plan with 'until' must test all results during the run: "
         "run it on one machine");
   const auto in_folder = [&](const auto& work) {
-    // A part of a plan that has begun, such as a task of Slurm, belongs to a plan that was checked.
+    // A part of a plan that has begun, such as a Slurm task, belongs to a plan that was checked.
     if (!is_begun || plan_options.part.empty()) plans::CheckScenes(plan);
     begun ? work(*begun) : work(plans::PlanFolder(plan, options.out, !plan_options.slurm.dry_run));
   };

@@ -269,7 +269,7 @@ class Combination : public Predicate {
   }
 
  protected:
-  // As Stand(), for a group in which one operand that is `wanted` is enough.
+  // Like Stand(), for a group in which one operand that is `wanted` is enough.
   void StandAsAny(bool wanted, Standing* standing) const {
     const size_t first = standing->written();
     Combination::Stand(wanted, standing);

@@ -139,7 +139,7 @@ class Check {
     if (shared.empty()) return;
     const std::string text =
         fmt::format("the contract uses the value at index {} more than once", fmt::join(shared, ", "));
-    // One value may close both grippers, but then no value should be left.
+    // Both grippers may use the same value, but then every value should be used.
     if (unused.empty()) {
       Add(Level::kNote, text);
     } else {

@@ -222,7 +222,7 @@ Evalbus.Viewer = class {
     this.showEmpty();
   }
 
-  // A restarted server sends the runs that it has right after the connection opens. 1 s later, all others are removed.
+  // Right after the connection opens, a restarted server sends the runs that it has. 1 s later, all others are removed.
   removeStaleLater() {
     clearTimeout(this.staleTimer);
     this.staleTimer = setTimeout(() => {
