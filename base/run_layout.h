@@ -56,8 +56,8 @@ inline std::string NameOfRun(const std::filesystem::path& folder) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
-// Suffix of the name of a folder with up to ten thousand episodes; the name begins with the episodes' number
-// of ten thousands.
+// Suffix of the name of a folder with up to ten thousand episodes; the name begins with the episode number
+// divided by 10,000.
 inline constexpr std::string_view kManyEnding = "xxxx";
 
 // Returns the folder of an episode: RUN/episodes/0007 or, for episodes with numbers of at least 10000,

@@ -6,7 +6,7 @@
 
 namespace evalbus {
 
-// Returns the candidate of which `name` is most likely a misspelling; empty if none is similar.
+// Returns the candidate that `name` most likely misspells; empty if none is similar.
 std::string NearestName(const std::string& name, const std::vector<std::string>& candidates);
 
 // Returns "a, b, c": each name once, in alphabetical order, without empty names.

@@ -78,8 +78,8 @@ inline std::string PercentagePoints(double difference, int decimals = 0) {
 }
 
 // Returns the number of decimals for the difference of two shares in percentage points: 1 if whole points
-// would contradict the whole percents of the shares. For example, 62.5 points are not rounded beside 100 %
-// and 38 % (37.5).
+// would contradict the whole percents of the shares. For example, 62.5 points are not rounded if the shares
+// are shown as 100 % and 38 % (37.5).
 inline int PointDecimals(double share, double other) {
   const auto whole = [](double part) { return std::stoi(Percent(part)); };
   if (!std::isfinite(share) || !std::isfinite(other)) return 0;

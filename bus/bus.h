@@ -50,8 +50,8 @@ class Bus {
   // kReceiveBufferBytes is requested unless the URL specifies one.
   //
   // session: session of this process's run, as in MODEL. Publish() sets this value in every message with a
-  // session field. Messages with another value are dropped, except on channels of a source, which does not
-  // know the session. 0: messages are published unchanged, and all are received.
+  // session field. Messages with a different value are dropped, except on channels of a source, which does
+  // not know the session. 0: messages are published unchanged, and all are received.
   //
   // instance: as in STATUS. 0: each component draws its own instance.
   //

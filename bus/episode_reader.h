@@ -37,7 +37,7 @@ struct EpisodeMessages {
 };
 
 // How repeated, late and damaged messages are treated:
-// - An EPISODE_BEGIN with another episode, attempt or seed, after EPISODE_END, or after ticks without an
+// - An EPISODE_BEGIN with a different episode, attempt or seed, after EPISODE_END, or after ticks without an
 //   EPISODE_BEGIN, begins the next EpisodeMessages. Otherwise it is a repetition, because the sim repeats it
 //   until all components are ready.
 // - Messages whose episode or attempt differs from EPISODE_BEGIN are ignored, because they are late messages

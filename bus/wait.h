@@ -11,8 +11,8 @@ namespace evalbus {
 class Wait {
  public:
   using Time = std::chrono::steady_clock::time_point;
-  // A waiting process calls Elapsed() at least every 100 ms (Component::Poll). A time between two calls that
-  // is longer than kLongestLook counts as kLongestLook.
+  // A waiting process calls Elapsed() at least every 100 ms (Component::Poll). If the interval between two
+  // calls exceeds kLongestLook, it counts as kLongestLook.
   static constexpr std::chrono::milliseconds kLongestLook{250};
 
   explicit Wait(Time now) : last_look_(now) {}

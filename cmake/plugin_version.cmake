@@ -1,5 +1,5 @@
 # EVALBUS_PLUGIN_VERSION: what a plugin and the program that loads it must agree on. The hash covers the messages and the
-# headers of the interface, because a plugin with another layout of a message would read wrong values.
+# headers of the interface, because a plugin with a different layout of a message would read wrong values.
 file(GLOB interface CONFIGURE_DEPENDS lcmtypes/*.lcm metrics/sample/sample.h metrics/task/*.h models/*.h policy_bridge/interface/*.h)
 set(hashes "")
 foreach(file ${interface})

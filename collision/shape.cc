@@ -54,7 +54,7 @@ Vector3d FarthestPoint(const Shape& shape, const Vector3d& u) {
     case Shape::Kind::kBox:
       return {Side(u[0]) * s[0], Side(u[1]) * s[1], Side(u[2]) * s[2]};
     case Shape::Kind::kMesh: {
-      // thread_local, so that its memory is reused.
+      // This is thread_local so that calls reuse its memory.
       thread_local Eigen::ArrayXd along;
       const auto corners = shape.corners.array();
       along = corners.col(0) * u[0] + corners.col(1) * u[1] + corners.col(2) * u[2];

@@ -12,7 +12,7 @@
 namespace evalbus::exports {
 
 // Reads a dataset with one or two dimensions of integers or floating-point numbers. Throws InputError if the
-// dataset does not exist, has another type or shape, has more than 100 million numbers, or is stored in
+// dataset does not exist, has a different type or shape, has more than 100 million numbers, or is stored in
 // another file or dataset, or if the file is damaged.
 struct Hdf5Numbers {
   std::vector<int64_t> shape;

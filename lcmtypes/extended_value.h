@@ -1,4 +1,4 @@
-// A value of extended_metrics_t by its name.
+// Looks up a value of extended_metrics_t by its name.
 #pragma once
 
 #include <limits>

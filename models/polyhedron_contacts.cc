@@ -57,7 +57,7 @@ class Solid {
 
   Vector Vertex(int i) const { return ToWorld(Local(i)); }
 
-  // Returns the index of the vertex that is furthest in a direction.
+  // Returns the index of the vertex that is farthest in a direction.
   int Furthest(const Vector& direction) {
     const Vector local = ToLocal(direction);
     if (size_) return (local[0] >= 0 ? 1 : 0) + (local[1] >= 0 ? 2 : 0) + (local[2] >= 0 ? 4 : 0);
@@ -190,7 +190,7 @@ class KnownGaps {
   }
 
   double travel_ = 0;
-  // Travel of both geoms up to which they are apart; null if the simulation has no memory for gaps.
+  // Travel of both geoms within which they stay apart; null if the simulation has no memory for gaps.
   mjtNum* limit_ = nullptr;
 };
 
@@ -298,7 +298,7 @@ class Expansion {
     faces_.push_back({{a, b, c}, normal, Dot(normal, origin)});
   }
 
-  // Replaces the faces that the vertex is in front of by faces to the vertex.
+  // Replaces the faces that the vertex is in front of by new faces that end at the vertex.
   void Add(const Vertex& vertex) {
     edges_.clear();
     const auto is_seen = [&](const Face& face) {
@@ -370,7 +370,7 @@ struct Plane {
   Vector x, y;
 };
 
-// Returns the face, edge or corner of a solid that is furthest in a direction, as a counterclockwise polygon
+// Returns the face, edge or corner of a solid that is farthest in a direction, as a counterclockwise polygon
 // in the plane.
 std::vector<Point> Outermost(Solid* solid, const Vector& direction, const Plane& plane) {
   const int furthest = solid->Furthest(direction);
@@ -417,7 +417,7 @@ std::vector<Point> Clip(std::vector<Point> points, const std::vector<Point>& pol
 }
 
 // Returns the four corners of a convex polygon that enclose the largest area. For each diagonal from corner i
-// to corner k, the other two are the corners on both sides that are furthest from the diagonal. They move
+// to corner k, the other two are the corners on both sides that are farthest from the diagonal. They move
 // around the polygon together with k.
 std::vector<Point> LargestQuadrilateral(std::vector<Point> polygon) {
   const size_t n = polygon.size();
@@ -489,7 +489,7 @@ int FindContacts(const mjModel* model, const mjData* data, mjContact* contacts, 
     gaps.Set(gap);
     return 0;
   }
-  // thread_local, so that its memory is reused.
+  // This is thread_local so that calls reuse its memory.
   thread_local Expansion expansion;
   Penetration penetration;
   if (!expansion.Run(&first, &second, &penetration, &separation.direction)) return 0;

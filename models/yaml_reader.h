@@ -70,7 +70,7 @@ class YamlValue {
   // Returns the values of a map's entries, with their keys, in file order; entries merged by `<<` come last.
   std::vector<YamlValue> Entries() const;
 
-  // Returns "file:line: key 'k': ", with which messages about the value begin.
+  // Returns "file:line: key 'k': ", the prefix of messages about the value.
   std::string Where() const;
   // Throws "file:line: key 'k': message".
   [[noreturn]] void Fail(const std::string& message) const;

@@ -24,7 +24,7 @@ namespace {
 class RoundedDelays {
  public:
   explicit RoundedDelays(double control_hz) : tick_s_(1 / control_hz) {}
-  // Returns false if the delay has as many ticks as an earlier one.
+  // Returns false if the delay has the same number of ticks as an earlier one.
   bool Add(double delay_s) {
     const std::string name = fmt::format("{:g}", delay_s * 1e3);
     const int64_t ticks = policy::HeldTicks(delay_s, tick_s_);
@@ -32,7 +32,7 @@ class RoundedDelays {
     const std::string rounded = fmt::format("{} ms to {:.4g} ms", name, applied_s * 1e3);
     const bool is_new = ticks_.insert(ticks).second;
     if (!is_new) {
-      notes_.push_back(rounded + " (left out: another delay has as many ticks)");
+      notes_.push_back(rounded + " (left out: an earlier delay has the same number of ticks)");
     } else if (applied_s - delay_s > 1e-6) {
       notes_.push_back(rounded);
     }

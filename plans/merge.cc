@@ -42,8 +42,8 @@ using nlohmann::ordered_json;
 // members of a contract that affect results are compared in "policy_contract"; the server's address may
 // differ.
 constexpr const char* kOfAPart[] = {"only", "run_id", "url", "workers", "in_process", "contract_sha256"};
-// Keys of run.json that a plan does not determine, such as hashes and paths of the models, and where the run
-// is executed.
+// Keys of run.json that a plan does not determine, for example how the run was executed, and the hashes of
+// its models.
 constexpr const char* kNotOfAPlan[] = {
     "only",       "run_id",         "url",           "workers",        "in_process",     "video", "task_path",
     "control_hz", "physics_sha256", "visual_sha256", "scene_warnings", "contract_sha256"};

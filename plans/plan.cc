@@ -221,7 +221,7 @@ void ReadRunOptions(const YamlValue& value, Plan* plan) {
   }
 }
 
-// Returns a member of plan.json; throws InputError if it is missing or has another type.
+// Returns a member of plan.json; throws InputError if it is missing or has the wrong type.
 template <class T>
 T Get(const nlohmann::json& json, const char* key, const std::string& file) {
   try {

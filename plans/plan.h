@@ -19,7 +19,7 @@ struct PlannedPolicy {
   std::string policy, contract;
   // Values for --latency and --execution; empty: the values in Plan::options.
   std::string latency{}, execution{};
-  // Location in the plan's file, with which messages begin: "plan.yaml:2: key 'policies[0]': ".
+  // Location in the plan's file, as a prefix of messages: "plan.yaml:2: key 'policies[0]': ".
   std::string where{};
 };
 
@@ -29,7 +29,7 @@ struct PlannedVideos {
   // Number of episodes of each run to record if `which` is kFirst.
   int first = 0;
   std::vector<std::string> cameras;
-  // Location of the cameras in the plan's file, with which messages begin.
+  // Location of the cameras in the plan's file, as a prefix of messages.
   std::string where{};
 };
 
@@ -57,7 +57,7 @@ struct Plan {
   std::vector<PlannedPolicy> policies;
   // Tasks after expansion: TASK/VARIATION, or the paths of task files.
   std::vector<std::string> tasks;
-  // Location of the tasks in the plan's file, with which messages begin.
+  // Location of the tasks in the plan's file, as a prefix of messages.
   std::string tasks_where;
   // Options of every run: episodes, seed, and the entries of "options".
   runner::RunOptions options;

@@ -30,7 +30,7 @@ fs::path Hidden(const PlanFolder& folder, const Shard& shard, const std::string&
   return folder.path() / kPartsFolder / fmt::format(".{}.{}", shard.name(), ending);
 }
 
-// Returns what to do if a task file of the plan was moved; empty if the difference is another one.
+// Returns what to do if a task file of the plan was moved; empty for any other difference.
 std::string AdviceIfMoved(const results::Difference& difference) {
   if (!difference.name.starts_with("tasks.")) return "";
   const auto file_of = [](std::string text) {
@@ -157,7 +157,7 @@ void PlanFolder::Put(const Shard& shard, const fs::path& finished) const {
     for (const auto& entry : fs::recursive_directory_iterator(coming)) SyncToDisk(entry.path(), fsync);
   } catch (const fs::filesystem_error& error) {
     fs::remove_all(coming, ignored);
-    // Another process' copy of the shard has been merged, and the merge removed this copy.
+    // Another process's copy of the shard has been merged, and the merge removed this copy.
     if (has(shard)) return;
     ThrowFileError("cannot write " + coming.string(), error.code().value());
   } catch (...) {

@@ -108,8 +108,8 @@ int NumParts(const Plan& plan, const SlurmOptions& options) {
   const double all_s = probe.seconds_per_episode * plan.num_runs() * plan.options.episodes / options.cpus;
   const int parts =
       std::clamp(static_cast<int>(std::min(std::ceil(all_s / kTask_s), 1e6)), 1, std::min(shards, kMaxTasks));
-  fmt::print("an episode takes {:.2g} s here: {} of about {:.0f} min each\n", probe.seconds_per_episode,
-             Plural(parts, "array task"), std::max(1.0, all_s / parts / 60));
+  fmt::print("an episode takes {:.2g} s on this machine; the plan needs {} of about {:.0f} min each\n",
+             probe.seconds_per_episode, Plural(parts, "array task"), std::max(1.0, all_s / parts / 60));
   return parts;
 }
 

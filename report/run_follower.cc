@@ -101,7 +101,7 @@ RunFollower::News RunFollower::Update() {
       ReadInfo();
       info_time_ = info_time;
       news.is_changed = true;
-      // The folder may contain another run now, and its files may have got the inodes of the removed ones.
+      // The folder may now contain a different run, whose files may have the inodes of the removed ones.
       if (!is_first) {
         StartAgain();
         inode_ = 0;

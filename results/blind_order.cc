@@ -16,7 +16,8 @@ namespace evalbus::results {
 namespace {
 
 // Random stream of the order. kLightStream (base/random.h) has the same number, which is harmless, because
-// lights do not depend on the order. Another number would make verdicts of started judgments invalid.
+// lights do not depend on the order. A different number would invalidate the verdicts of judgments that have
+// begun.
 constexpr uint32_t kOrderStream = 0x10003;
 
 // Fisher-Yates shuffle.

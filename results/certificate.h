@@ -55,7 +55,8 @@ struct PolicyPair {
   // policies on the engine.
   std::vector<SuccessComparison> on_engine;
 
-  // Returns true if one policy has the higher rate on one engine, and the other policy on another.
+  // Returns true if one policy has the higher rate on one engine, and the other policy has it on another
+  // engine.
   bool order_reverses() const;
   // Returns true if the engines disagree on whether one of the policies is better.
   bool verdict_changes() const;

@@ -767,8 +767,8 @@ Outlook OutlookOf(const SuccessComparison& success) {
   }
   const double rate = static_cast<double>(success.successes) / success.trials,
                baseline_rate = static_cast<double>(success.baseline_successes) / success.baseline_trials;
-  // The difference is added to the baseline's rate if that is at most 50 %, and subtracted otherwise, because
-  // larger differences are then possible.
+  // The difference is added to a baseline rate of at most 50 % and subtracted from a higher one, because this
+  // direction has more room for large differences.
   const bool is_up = baseline_rate <= 0.5;
   Outlook outlook;
   outlook.findable = metrics::FindableDifference(

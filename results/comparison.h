@@ -62,7 +62,7 @@ struct SuccessComparison : SuccessCounts {
   // Returns false if a side has no complete episode with a verdict. There is then no difference, interval or
   // p.
   bool has_both_sides() const { return trials > 0 && baseline_trials > 0; }
-  // Returns true if `samples` has fewer episodes. Its difference may then be another one than `difference`.
+  // Returns true if `samples` has fewer episodes. Its difference may then differ from `difference`.
   bool has_fewer_samples() const {
     return samples.trials < trials || samples.baseline_trials < baseline_trials;
   }
@@ -113,7 +113,7 @@ struct MetricComparison {
   // p of the difference; nullopt if the two values of each pair are equal or, if not paired, if all values
   // are equal.
   std::optional<double> p;
-  // RankTest::least_p of the test that p is from.
+  // RankTest::least_p of the test that yields p.
   double least_p = 1;
   // p adjusted with Holm's method for the metrics that have a p.
   double p_holm = 1;

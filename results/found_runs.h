@@ -21,7 +21,7 @@ struct FoundRun {
 
 struct FoundRuns {
   // Runs in the order of the plan or suite. A run of a plan that has no folder POLICY/TASK yet is replaced by
-  // its finished shards or, if it has none, is included with the folder that it will get.
+  // its finished shards or, if it has none, is included with the folder that it will have.
   std::vector<FoundRun> runs;
   // Name of the plan's baseline; empty if there is no plan.
   std::string baseline;
@@ -33,7 +33,7 @@ struct FoundRuns {
 // Returns whether the folder contains a run, a suite or a plan, which need not have finished.
 bool IsEvaluation(const std::filesystem::path& folder);
 
-// Returns "; did you mean 'runs/late'?" if a run, suite or plan beside this missing folder has a similar
+// Returns "; did you mean 'runs/late'?" if a run, suite or plan next to this missing folder has a similar
 // name; otherwise an empty text.
 std::string SimilarFolder(const std::filesystem::path& missing);
 

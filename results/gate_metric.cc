@@ -19,7 +19,7 @@ namespace evalbus::results {
 namespace {
 
 // If all differences are equal, their variance cannot be estimated. With this number of equal pairs, at most
-// 5 % of all starts have another difference, with 95 % confidence, because 0.95^59 < 0.05.
+// 5 % of all starts deviate from this difference, with 95 % confidence, because 0.95^59 < 0.05.
 constexpr int kEqualPairsNeeded = 59;
 // With fewer differing pairs, the estimate of their variance is too uncertain.
 constexpr int kDifferingPairsNeeded = 10;
@@ -156,7 +156,7 @@ GateCriterion DecideMetric(const GateMetric& metric, const EpisodePairs& pairs, 
   const auto differing =
       static_cast<int>(std::ranges::count_if(losses, [tie](double loss) { return std::abs(loss) > tie; }));
   const double mean = metrics::Mean(losses);
-  if (unit == 0 && mean != 0) return result;  // the baseline's mean is 0: no percentage of it exists
+  if (unit == 0 && mean != 0) return result;  // a percentage of a baseline mean of 0 is undefined
   result.loss = mean == 0 ? 0 : mean / unit;
   const metrics::Interval pass = metrics::BoundsOfMean(excesses, metrics::kAlpha);
   const metrics::Interval fail = metrics::BoundsOfMean(excesses, fail_alpha);

@@ -35,7 +35,8 @@ struct DelayPoint {
 // Throws InputError if the run has no fixed delay.
 DelayPoint ReadDelayPoint(const RecordedRun& run);
 
-// Compares the success with a delay with the success with the smallest delay of the same execution mode.
+// Compares the success rate at a delay with the success rate at the smallest delay of the same execution
+// mode.
 struct DelayEffect {
   // Indices of the two points.
   size_t point = 0, reference = 0;

@@ -139,7 +139,7 @@ fs::path MakeNew(const std::string& name, std::vector<fs::path>* made) {
   for (int i = 2;; ++i) {
     Make(wish.parent_path(), made);
     if (mkdir(folder.c_str(), 0777) == 0) break;
-    // A run that failed may just have removed runs/.
+    // A failed run may have removed runs/ in the meantime.
     if (errno != EEXIST && errno != ENOENT) ThrowFileError("cannot create " + folder.string(), errno);
     folder = wish.string() + "-" + std::to_string(i);
   }

@@ -177,7 +177,7 @@ void CheckSuite(const fs::path& folder, Verification* result) {
     }
     SuiteTally tally;
     const RecordedRuns suite = ReadRuns(folder);
-    // An interrupted suite writes a summary of the tasks that had ended.
+    // An interrupted suite writes a summary of the tasks that have finished.
     if (names.size() < suite.runs.size() && WasInterrupted(suite)) {
       result->notes.push_back(fmt::format("{}: {} of {} tasks: the suite was interrupted", file.string(),
                                           names.size(), suite.runs.size()));

@@ -63,7 +63,7 @@ size_t PlaceOfKept(const std::vector<int>& stratum, const std::set<int>& kept) {
   return static_cast<size_t>(found - stratum.begin());
 }
 
-// Throws InputError if the collection in the folder has other options.
+// Throws InputError if the collection in the folder has different options.
 void CheckCollection(const RunOptions& options, int wanted) {
   const results::RecordedRun before = results::ReadRunInfo(options.out);
   if (before.seed_stream != kCollectSeeds)
@@ -89,7 +89,7 @@ void Collect(RunOptions options) {
                      task + "'");
   }
   const auto strata = Strata(Starts(options, options.episodes), wanted);
-  // Run() removes the variable of the environment, so only the first round would use its bus.
+  // Run() removes the environment variable, so without this option only the first round would use its bus.
   if (options.url.empty() && !options.in_process && options.workers == 1) options.url = UrlOfEnvironment();
 
   const fs::path folder = options.out;

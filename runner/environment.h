@@ -50,7 +50,7 @@ class Environment {
 
   const policy::Contract& contract() const { return contract_; }
   const model_info_t& model() const { return model_; }
-  // Reports that the control rate is not the requested one; otherwise empty.
+  // A sentence about the control rate if it is not the requested one; otherwise empty.
   const std::string& changed_rate() const { return changed_rate_; }
 
   // Starts episode `episode` of a run with this seed, and abandons the current one. Returns the first

@@ -21,7 +21,7 @@ struct RunOutput {
   bool json = false, quiet = false;
   double partial_hz = 0;
 
-  // Returns the options of `evalbus run` with which a process prints these events for one run.
+  // Returns the options of `evalbus run` that make a process print these events for one run.
   std::vector<std::string> JsonOptions() const;
 };
 

@@ -138,8 +138,8 @@ class NoReturnFinder::Impl {
       world_.Fill(&state_);
       if (state_.qpos_mixed != log_.states[tick].qpos_mixed) {
         throw InputError(
-            fmt::format("{}: the repeated episode {} differs from its log at tick {}: was it simulated by "
-                        "another version of MuJoCo?",
+            fmt::format("{}: a repetition of episode {} differs from its log at tick {}: was it simulated by "
+                        "a different version of MuJoCo?",
                         run_.string(), log_.number(), tick));
       }
       snapshots_.push_back(world_.Save());

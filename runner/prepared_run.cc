@@ -65,7 +65,7 @@ TaskSelection Resolve(RunOptions* options) {
   std::ranges::sort(options->only);
   const auto repeated = std::ranges::unique(options->only);
   options->only.erase(repeated.begin(), repeated.end());
-  // Processes may have other working directories.
+  // Processes may have different working directories.
   for (std::string* name : {&options->policy.policy, &options->policy.contract}) {
     if (policy::IsContractFile(*name)) *name = fs::absolute(*name).lexically_normal().string();
   }
@@ -111,7 +111,7 @@ void CheckFacts(const fs::path& file, const nlohmann::ordered_json& before,
   }
 }
 
-// Throws InputError if the run in the folder has other options or more episodes than requested.
+// Throws InputError if the run in the folder has different options or more episodes than requested.
 void CheckResumable(const results::RecordedRun& before, const RunOptions& options,
                     const nlohmann::ordered_json& facts) {
   const fs::path file = before.folder / kRunJson;
@@ -128,7 +128,7 @@ bool IsWanted(const RunOptions& options, int episode) {
   return options.only.empty() || std::ranges::find(options.only, episode) != options.only.end();
 }
 
-// Throws InputError if the policy replays a recording of which a requested episode is damaged or incomplete.
+// Throws InputError if the policy replays a recording in which a requested episode is damaged or incomplete.
 void CheckRecording(const RunOptions& options) {
   const std::string path = policy::RecordingPath(options.policy.policy);
   if (path.empty()) return;

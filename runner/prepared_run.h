@@ -39,7 +39,7 @@ struct PreparedRun {
 };
 
 // Throws InputError for unknown names, missing cameras, or a folder that is in use, is invalid, or contains a
-// run with other options. The folder is not changed in these cases.
+// run with different options. The folder is not changed in these cases.
 PreparedRun PrepareRun(RunOptions options);
 
 // Prepares a worker's share of the episodes of a run that another process has prepared.

@@ -163,8 +163,8 @@ class RunController : public Component {
   bool rare_calls_reported_ = false;
   const results::RunFolder& folder_;
   RunListener* listener_;
-  // Path of the physics model in the run's folder. A MODEL with another path comes from the sim of another
-  // run, which may have answered the COMMAND.
+  // Path of the physics model in the run's folder. A MODEL with a different path comes from the sim of
+  // another run, which may have answered the COMMAND.
   std::string own_model_;
   // Instance of the last sim that published STATUS before an episode began.
   int64_t sim_ = 0;

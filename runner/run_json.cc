@@ -57,7 +57,7 @@ ordered_json SceneFacts(const sim::PreparedScene& prepared) {
           {"mujoco_version", mj_versionString()}};
 }
 
-// Returns the task for the command line: the name of a built-in task, or the file of another task.
+// Returns the task for the command line: the name of a built-in task, or the file of any other task.
 std::string TaskWord(const ordered_json& json) {
   const fs::path path = json.value("task_path", "");
   const fs::path file = IsTaskFile(path.parent_path()) ? path.parent_path() : path;

@@ -21,7 +21,7 @@ std::vector<std::string> ReadOlderOptions(const nlohmann::json& json, const std:
   const RunOptions defaults;
   nlohmann::json all = OptionsJson(defaults);
   for (const char* always : {"task_path", "policy", "episodes", "seed", "control_hz"}) all.erase(always);
-  // Default for runs from before this option existed.
+  // Runs from before this option existed used shared seeds.
   all["seed_stream"] = kSharedSeeds;
   std::vector<std::string> newer;
   ForEachOption(defaults, [&](const auto& row, const auto&) {

@@ -28,7 +28,7 @@
 namespace evalbus::runner {
 namespace {
 
-// Throws InputError if the suite has other options, or runs that are no longer requested. Adding runs is
+// Throws InputError if the suite has different options, or runs that are no longer requested. Adding runs is
 // allowed.
 void CheckResumable(const std::filesystem::path& folder, const RunOptions& options,
                     const std::vector<std::string>& tasks) {

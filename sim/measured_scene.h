@@ -66,10 +66,10 @@ class MeasuredScene {
   // not finite or implausible; empty if there is none. The counts of the sample must be correct.
   std::string SampleFault(const Sample& sample) const;
   // Returns a description of an object that is too far from the world's origin in the first sample of an
-  // episode, which is probably in another unit; empty if there is none. Later, objects may have fallen out of
-  // the scene.
+  // episode, which is probably in the wrong unit; empty if there is none. Later, objects may have fallen out
+  // of the scene.
   std::string FirstSampleFault(const Sample& sample) const;
-  // Returns a description of the joint of an object that is furthest beyond its range ("first_valve/wheel is
+  // Returns a description of the joint of an object that is farthest beyond its range ("first_valve/wheel is
   // beyond its range by 0.051 rad"). Empty if none exceeds its range by more than 0.001 rad or m. Such
   // positions are used unchanged.
   std::string BeyondRange(const Sample& sample) const;

@@ -30,8 +30,8 @@ class ReadinessTracker {
   std::string Lagging(int64_t tick) const;
   // Returns the last tick that the component has reported as handled in this episode; -1 before the first.
   int64_t LastTick(const std::string& component) const;
-  // Returns a component that is ready for this episode in two processes, or in another process than the
-  // command requires. Empty if there is none.
+  // Returns a component that is ready for this episode in two processes, or in a process other than the one
+  // that the command requires. Empty if there is none.
   const std::string& twice() const { return twice_; }
 
  private:

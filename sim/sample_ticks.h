@@ -2,7 +2,7 @@
 // rule applies to live sources and files. Tick k is the time k control periods after the first sample. It
 // lies between two neighbors: the last sample before it and the first sample at or after it. Ticks are
 // missing
-//   - if their neighbors are further apart than both three ticks and three times the usual sample interval,
+//   - if their neighbors are farther apart than both three ticks and three times the usual sample interval,
 //   - if a sample between their neighbors was refused; if no tick lies there, the next tick is missing.
 // Pure.
 #pragma once

@@ -67,7 +67,7 @@ void SimComponent::OnCommand(const command_t& command) {
     return;
   }
   // Only the latest command is kept. The launcher repeats its command until the episode begins, so it
-  // replaces a command from elsewhere, for which no component gets ready.
+  // replaces a command from elsewhere, for which no component becomes ready.
   queue_ = {command};
   if (phase_ != Phase::kRunning) BeginNext();
 }

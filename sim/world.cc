@@ -18,7 +18,7 @@ int Id(const mjModel* model, mjtObj type, const std::string& name, const char* k
   return id;
 }
 
-// MuJoCo clips commands to the actuator's range without a warning, so a command in another unit would go
+// MuJoCo clips commands to the actuator's range without a warning, so a command in the wrong unit would go
 // unnoticed.
 void CheckCommand(const mjModel& model, int actuator, const std::string& gripper, const char* key,
                   double command) {

@@ -38,7 +38,7 @@ namespace fs = std::filesystem;
 
 struct CompareOptions {
   std::vector<std::filesystem::path> runs;
-  // Name, policy or folder of the baseline, with which all other runs are compared; empty: the first run.
+  // Name, policy or folder of the baseline that all other runs are compared with; empty: the first run.
   std::string baseline;
   // Names of the metrics to compare; empty: the main metrics.
   std::vector<std::string> on;
@@ -93,8 +93,8 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
   app->add_option("--seed", options->seed,
                   "seed of the video's episodes; default: the first at which only one of the two succeeded");
   app->add_flag("--across-engines", options->across_engines,
-                "compare runs even if different versions of MuJoCo simulated them, which changes success "
-                "rates\n('evalbus certify' tests by how much)");
+                "compare runs that different versions of MuJoCo simulated, although success rates depend on "
+                "the version\n('evalbus certify' tests by how much)");
 }
 
 // Reads an episode of a run and labels it with the run's name.

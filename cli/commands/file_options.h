@@ -9,9 +9,9 @@
 
 namespace evalbus::commands {
 
-// Returns an error if the name belongs to an existing file of a run, a suite or a plan, such as its
-// episodes.jsonl or the log of an episode, which the command would replace. Otherwise returns an empty
-// string, as CLI::Option::check() expects.
+// Returns an error if the command would replace a file of a run, a suite or a plan, such as its
+// episodes.jsonl or the log of an episode. Otherwise returns an empty string, as CLI::Option::check()
+// expects.
 std::string CheckOutputFile(const std::string& name);
 
 // Adds --highlight, --speed and --trim. CheckVideoTiming checks their ranges. Parsing throws InputError if

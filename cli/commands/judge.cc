@@ -1,5 +1,5 @@
-// Implements `evalbus judge`, with which an operator gives verdicts on recorded episodes without knowing
-// policy and score.
+// Implements `evalbus judge`, which lets an operator give verdicts on recorded episodes without knowing the
+// policy or the score.
 #include "report/web/judge.h"
 
 #include <fmt/format.h>

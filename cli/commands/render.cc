@@ -45,7 +45,7 @@ struct RenderOptions {
   bool has_grid = false;
   // Columns and rows of the grid; empty: one cell per episode.
   std::string grid;
-  // File to write; empty: beside the log or, for a grid, in the folder `recording`.
+  // File to write; empty: next to the log or, for a grid, in the folder `recording`.
   std::filesystem::path out;
   std::string format;
   std::string gl = viz::kDefaultGl;

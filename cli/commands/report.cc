@@ -45,8 +45,8 @@ struct ReportOptions {
 void AddOptions(CLI::App* app, ReportOptions* options) {
   app->add_option("run", options->run, "folder of a run, a suite or a plan")->required();
   app->add_option("-o,--out", options->out,
-                  "HTML file; default: report.html in that folder; cannot be used for a plan, whose pages "
-                  "are in its folder")
+                  "HTML file; default: report.html in that folder; not for plans, whose pages are always in "
+                  "their folder")
       ->type_name("FILE")
       ->check(CheckOutputFile);
   AddList(app, "--episode", &options->episodes,

@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 
 struct RescoreOptions {
   std::filesystem::path recording;
-  // File with another task description; empty: the description in each log is used.
+  // File with a different task description; empty: the description in each log is used.
   std::filesystem::path task;
   // File for the scores, in the format of episodes.jsonl; empty: no file is written.
   std::filesystem::path out;

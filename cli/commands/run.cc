@@ -154,7 +154,7 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
         "--part, --slurm, --slurm-dry-run: a plan with 'until' must test all results during the run: "
         "run it on one machine");
   const auto in_folder = [&](const auto& work) {
-    // A part of a plan that has begun, such as a task of Slurm, belongs to a plan that was checked.
+    // A part of a plan that has begun, such as a Slurm task, belongs to a plan that was checked.
     if (!is_begun || plan_options.part.empty()) plans::CheckScenes(plan);
     begun ? work(*begun) : work(plans::PlanFolder(plan, options.out, !plan_options.slurm.dry_run));
   };
@@ -240,7 +240,7 @@ Action AddRun(CLI::App* app) {
     // The old run's name belongs to its policy.
     if (!like->empty() && app->count("--policy") > 0 && app->count("--policy-name") == 0)
       options->policy_name.clear();
-    // Its contract belongs to its policy, too, but another address may be that of the same policy's server.
+    // Its contract also belongs to its policy, but a server at a different address may run the same policy.
     if (!like->empty() && app->count("--policy") > 0 && app->count("--contract") == 0 &&
         options->policy.policy.find("://") == std::string::npos) {
       options->policy.contract.clear();

@@ -253,7 +253,7 @@ bool CauseFinder::AsksForHold(size_t object, const std::string& gripper) const {
   });
 }
 
-// Returns whether the task requires that the object is lifted or above some height.
+// Returns whether the task requires that the object is lifted or is above some height.
 bool CauseFinder::AsksForLift(size_t object) const {
   return std::ranges::any_of(conditions_, [&](const auto& section) {
     return std::ranges::any_of(section, [&](const condition_t& c) {
@@ -539,7 +539,7 @@ CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, con
   if (IsSinceLong(rest, end.last_tick) && rest - progress <= Ticks(kPatience)) {
     return {.kind = cause_kind::kStall, .tick = rest};
   }
-  // A slow robot may have come too little closer for its approach to count as progress, and it may wait.
+  // A slow robot may not have come close enough for its approach to count as progress, and it may wait.
   const bool is_slow = rest_.largest_step() <= kSlow * config_.dt;
   const bool has_stopped = !is_slow && end.last_tick - rest >= Ticks(kStill);
   if ((progress == 0 && is_slow && end.last_tick - rest < last_share) ||
@@ -565,7 +565,8 @@ CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const Cause
             .tick = end.last_tick};
   }
   // An object that was put down as the task requires does not explain a failure with another object. A
-  // gripper that stayed open may have had nothing to do because of it.
+  // gripper that stayed open does not count as such a failure, because it may have had nothing to do after
+  // the object was put down.
   const auto is_harmless = [&](const CauseMoment& moment) {
     return moment.put_down && std::ranges::any_of(moments, [&](const CauseMoment& other) {
              return (!other.put_down || other.tick > moment.tick) && !other.stayed_open &&

@@ -27,7 +27,7 @@ std::string WithoutLimit(const condition_t& condition) {
   return Words(condition.text);
 }
 
-// Returns whether the condition requires that another one, which precedes it, is met for some time.
+// Returns whether the condition requires the condition before it to be met for some time.
 bool IsDuration(const condition_t& condition) { return condition.predicate == "lasts"; }
 
 // Lists the conditions that compare numbers; all conditions if none does, or if a duration would be listed

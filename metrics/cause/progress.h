@@ -130,7 +130,7 @@ class Rest {
   }
 
   int64_t settled_ticks_;
-  // At the beginning of the rest.
+  // Values at the beginning of the rest.
   std::vector<double> joints_, commands_, closings_;
   std::vector<double> last_;
   double largest_step_ = 0;

@@ -1,4 +1,5 @@
-// Whether it is worth continuing a sequential comparison (sequential_mcnemar.h) that is not decided yet.
+// Estimates whether it is worth continuing a sequential comparison (sequential_mcnemar.h) that is not decided
+// yet.
 #pragma once
 
 #include <functional>

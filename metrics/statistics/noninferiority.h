@@ -1,4 +1,4 @@
-// Tests of whether a success rate is lower than another one by a margin, on paired data. They meet the needs
+// Tests whether one success rate is lower than another by a margin, on paired data. The tests meet the needs
 // of a gate: they are valid for few pairs, and they bound the difference.
 //
 // Statistic: the score of Tango 1998, "Equivalence test and confidence interval for the difference in

@@ -28,8 +28,8 @@ struct LikelyCounts {
   }
 };
 
-// Returns, for each number of successes of a, the largest number of successes of b for which Fisher's test
-// shows a to be better; -1 if there is none. The results agree with FisherTest() in exact_tests.h, but all
+// For each number of successes of a, returns the largest number of successes of b at which Fisher's test
+// shows that a is better; -1 if there is none. The results agree with FisherTest() in exact_tests.h, but all
 // tables are computed at once.
 std::vector<int> FisherLimits(int trials_a, int trials_b, double alpha) {
   const std::vector<double> log_factorial = LogGammas(1, trials_a + trials_b);

@@ -56,8 +56,8 @@ inline double NormalTwoSided(double statistic, double mean, double variance) {
   return std::min(1.0, 2 * cdf(complement(boost::math::normal_distribution<>(), z)));
 }
 
-// Sets the two-sided p of a statistic whose value s has the probability weights[s] / (sum of weights), twice
-// the smaller tail, at most 1, and the least p of all its values.
+// Sets the two-sided p (twice the smaller tail, at most 1) of a statistic whose value s has the probability
+// weights[s] / (sum of weights), and the least p of all its values.
 inline void SetExactTwoSided(const std::vector<double>& weights, int statistic, RankTest* test) {
   const auto at = weights.begin() + statistic;
   const double all = std::accumulate(weights.begin(), weights.end(), 0.0);

@@ -214,9 +214,9 @@ std::string RunSummary::ActionsText() const {
     text += (text.empty() ? "" : "; ") + std::to_string(std::lround(per_s)) + what;
   };
   add("extended.action_clips",
-      " commanded values per second were clipped to their limits: another unit or scale?");
+      " commanded values per second were clipped to their limits: is the unit or scale wrong?");
   add("extended.unreachable_poses",
-      " commanded wrist poses per second were out of reach: another frame or unit?");
+      " commanded wrist poses per second were out of reach: is the frame or unit wrong?");
   return text;
 }
 

@@ -84,7 +84,7 @@ nlohmann::ordered_json PosesJson(const NamedPoses& poses);
 
 // Converts a line of episodes.jsonl; metrics/episode/result_json.h converts messages. Throws InputError if a
 // stage index is not a number or the key of a slip count is unknown, and nlohmann's exceptions if a key is
-// missing or has another type.
+// missing or has the wrong type.
 EpisodeResult ResultOf(const nlohmann::ordered_json& episode);
 
 // Collects EpisodeResult::values from `metrics` and `extended` of a line of episodes.jsonl.
@@ -95,7 +95,7 @@ NamedNumbers NumbersOf(const nlohmann::ordered_json& metrics, const nlohmann::or
 // extended metrics ("extended.min_clearance_m").
 NamedNumbers FlattenedValues(const nlohmann::ordered_json& metrics, const std::string& before = "");
 
-// Statistics of a metric over the complete episodes that have a value of it. For the completion time, only
+// Statistics of a metric over the complete episodes that have a value for it. For the completion time, only
 // successful episodes count.
 struct MetricSummary {
   std::string name;  // flattened: keys joined by dots
@@ -181,7 +181,7 @@ struct RunSummary {
   // Returns the notes for the reader of the summary: all nonempty texts of the four functions above, most
   // important first.
   std::vector<std::string> Notes() const;
-  // Returns a note on stages, which are shown beside the success rate; empty if every success reached every
+  // Returns a note on stages, which are shown next to the success rate; empty if every success reached every
   // stage.
   std::string StagesText() const;
   // Notes(), and StagesText() if it is not empty.

@@ -48,7 +48,7 @@ bool IsTrue(double value, const std::string& relation, double limit) {
 
 ComparisonText Compared(double value, const std::string& relation, double threshold,
                         const std::string& unit) {
-  // Beside a limit of 0.1, a value of 3.08e-07 is shown as 0.
+  // Next to a limit of 0.1, a value of 3.08e-07 is shown as 0.
   if (std::abs(value) < std::min(1e-4, 1e-3 * std::abs(threshold)) && IsTrue(0, relation, threshold))
     value = 0;
   std::string text, limit;

@@ -46,8 +46,8 @@ class Standing {
   // Returns the number of conditions that were written in this pass.
   size_t written() const { return next_; }
   bool completes_groups() const { return completes_groups_; }
-  // Must be called for conditions none of which is missing: those of a group that requires only one of them,
-  // if one is met, and those whose current state does not matter. They begin at index `first`.
+  // Must be called for conditions that do not count as missing: those of a group that requires only one of
+  // them, if one is met, and those whose current state does not matter. They begin at index `first`.
   void CompleteGroup(size_t first) {
     for (size_t k = first; completes_groups_ && k < next_; ++k) conditions_[k].holds = true;
   }
@@ -100,7 +100,7 @@ class Relation : public Predicate {
   bool holds_ = false;
 };
 
-// A value with its unit, and the limit with which it is compared: "27.4 degrees" and "20".
+// A value with its unit, and the limit that it is compared with: "27.4 degrees" and "20".
 struct ComparisonText {
   std::string value, limit;
 };

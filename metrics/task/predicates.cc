@@ -269,7 +269,7 @@ class Combination : public Predicate {
   }
 
  protected:
-  // As Stand(), for a group in which one operand that is `wanted` is enough.
+  // Like Stand(), for a group in which one operand that is `wanted` is enough.
   void StandAsAny(bool wanted, Standing* standing) const {
     const size_t first = standing->written();
     Combination::Stand(wanted, standing);
@@ -289,9 +289,10 @@ class Combination : public Predicate {
     if (other != was_true_.end()) return operands_[other - was_true_.begin()]->Explain(conditions);
     for (const auto& operand : operands_) operand->Explain(conditions);
   }
-  // Writes the conditions below `latched` or `lasts`, which are usually those of the operand being true. If
-  // the standing completes groups, they are those of the operand being `wanted`, because the conditions of a
-  // negated operand are not required. matters: whether the operand's current state can make a difference.
+  // Writes the conditions below `latched` or `lasts`, which are usually the conditions for the operand to be
+  // true. If the standing completes groups, they are the conditions for the operand to be `wanted`, because
+  // the conditions of a negated operand are not required. matters: whether the operand's current state can
+  // make a difference.
   void StandOfOperand(bool wanted, bool matters, Standing* standing) const {
     const size_t first = standing->written();
     Combination::Stand(wanted || !standing->completes_groups(), standing);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Makes the textures of this folder: gray patterns of 256 x 256 pixels that repeat without a seam. Standard library only. A
-material's own color tints them. Run it from anywhere; it overwrites the PNG files beside it.
+material's own color tints them. Run it from anywhere; it overwrites the PNG files next to it.
 """
 import math
 import pathlib

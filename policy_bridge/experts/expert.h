@@ -91,8 +91,8 @@ bool HasExpert(const std::string& task);
 void CheckExpert(const std::string& task, const ExpertUser& user = {});
 
 // Creates the scripted expert for a task, which is selected by the name of the task's family. `model` may be
-// a copy of the task under another name. Throws the errors of CheckExpert(), and InputError if the model does
-// not fit the expert.
+// a copy of the task under a different name. Throws the errors of CheckExpert(), and InputError if the model
+// does not fit the expert.
 std::unique_ptr<Expert> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info,
                                    const ExpertUser& user = {});
 

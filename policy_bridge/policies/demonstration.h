@@ -17,7 +17,7 @@ inline constexpr double kDemoHz = 500;  // RoboEval's recording rate
 struct Demonstration {
   std::filesystem::path file;
   // Name of the task's folder in RoboEval's archive (ROBOT/TASK/ACTIONS/...). It is used because the metadata
-  // of some files name another task. Empty if the file is not in such a folder.
+  // of some files name a different task. Empty if the file is not in such a folder.
   std::string task;
   // Metadata in the file, such as the seed of RoboEval's scene.
   std::map<std::string, std::string> metadata;
@@ -29,9 +29,9 @@ struct Demonstration {
   double seconds() const { return static_cast<double>(steps.size()) / hz; }
 };
 
-// Throws InputError (one line) if the file or its tensor is missing; if the tensor has another shape, numbers
-// that are not finite, or numbers that are too large to be angles in radians; if the path or the metadata
-// states that the actions are deltas or poses; or if the metadata has an invalid rate.
+// Throws InputError (one line) if the file or its tensor is missing; if the tensor has the wrong shape,
+// numbers that are not finite, or numbers that are too large to be angles in radians; if the path or the
+// metadata states that the actions are deltas or poses; or if the metadata has an invalid rate.
 Demonstration ReadDemonstration(const std::filesystem::path& file);
 
 // Returns the file `path`, or the *.safetensors files below the folder `path`, sorted. Throws InputError if

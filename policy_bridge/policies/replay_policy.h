@@ -28,10 +28,10 @@ Recording OpenRecording(const std::string& path);
 std::string RecordingPath(const std::string& policy);
 
 // Replays the recorded actions of the episode with the same index. Each tick executes the last action whose
-// simulated time has been reached, so a recording can be replayed at another control rate.
+// simulated time has been reached, so a recording can be replayed at a different control rate.
 class ReplayPolicy : public Policy {
  public:
-  // anyway: accepts a recording of another task, variation, robot (with the same numbers of joints and
+  // anyway: accepts a recording of a different task, variation, robot (with the same numbers of joints and
   // grippers), seed, control rate or physics model, although the actions then have other effects. Otherwise,
   // such a recording is rejected.
   ReplayPolicy(Recording recording, const model_info_t& info, bool anyway);

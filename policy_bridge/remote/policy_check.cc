@@ -24,7 +24,7 @@ constexpr int kRepeats = 5;
 // A target that is farther than this beyond a joint limit is not a rounding error.
 constexpr double kBeyondLimit = 0.05;  // rad
 // If a gripper value is outside the range between `open` and `closed` by more than this fraction of the
-// range, the server probably uses another range.
+// range, the server probably uses a different range.
 constexpr double kBeyondGripper = 0.5;
 // Limit of the first step (rad) if the contract defines none.
 constexpr double kLargeStep = 0.5;
@@ -139,7 +139,7 @@ class Check {
     if (shared.empty()) return;
     const std::string text =
         fmt::format("the contract uses the value at index {} more than once", fmt::join(shared, ", "));
-    // One value may close both grippers, but then no value should be left.
+    // Both grippers may use the same value, but then every value should be used.
     if (unused.empty()) {
       Add(Level::kNote, text);
     } else {
@@ -254,9 +254,9 @@ class Check {
     }
     if (largest_later > limit)
       Doubt(fmt::format("{}; expected at most {:g} rad: are the rows steps of one chunk?", later, limit));
-    if (!beyond.empty()) Doubt(beyond + ": other joints, another unit?");
+    if (!beyond.empty()) Doubt(beyond + ": is the order of the joints or the unit wrong?");
     if (unreachable > 0) {
-      Doubt(fmt::format("{} of the {} steps' wrist poses are out of reach: another frame or unit?",
+      Doubt(fmt::format("{} of the {} steps' wrist poses are out of reach: is the frame or unit wrong?",
                         unreachable, contract_.execute_steps));
     }
   }

@@ -25,7 +25,7 @@ Array CheckedArray(Array array);
 enum class ArrayKeys { kBytes, kTexts, kMsgpackNumpy };
 
 // Encodes integers as short as possible, and doubles always as float64, as Python's packer does. If a wire
-// has another form of arrays (GR00T), they must be replaced by maps first.
+// encodes arrays differently (GR00T), they must be replaced by maps first.
 Bytes EncodeMsgpack(const Value& value, ArrayKeys array_keys);
 
 // Decodes one value; trailing bytes are an error. Accepts all array formats, and the NumPy scalars of openpi
@@ -50,7 +50,7 @@ Value DecodeJsonNumpy(std::string_view text);
 
 // Encoding of GR00T's servers (N1.5 to N1.7): MessagePack with string keys. An array is {"__ndarray_class__":
 // true, "as_npy": bytes of a .npy file}. A modality configuration is {"__ModalityConfig_class__": true,
-// "as_json": JSON text or map} (or "as_dict"), and is decoded to its contents.
+// "as_json": JSON text or map}, or the same with "as_dict"; it is decoded to its contents.
 Bytes EncodeGroot(const Value& value);
 // Decodes exactly one value, with the limits of DecodeMsgpack(). Throws ServerError (kProtocol).
 Value DecodeGroot(std::span<const uint8_t> bytes);

@@ -237,8 +237,8 @@ class GrootClient : public PolicyClient {
     if (prefixed && dialect_ == Dialect::kDetect) dialect_ = Dialect::kN15;
   }
 
-  // Uses kN16 until an answer shows that the server uses another dialect. For N1.5, a single observation has
-  // no batch axis; all other requests have one.
+  // Uses kN16 until an answer shows that the server uses a different dialect. For N1.5, a single observation
+  // has no batch axis; all other requests have one.
   Value GetAction(const Batch& batch) {
     Map video, state, language, flat;
     for (size_t i = 0; i < batch.front().size(); ++i) {

@@ -17,7 +17,7 @@ std::string Trimmed(const std::string& text) {
 }
 
 // Returns the type and the whole message of the exception in a Python traceback, whose lines are joined by ";
-// ". Returns the last line of another text.
+// ". For any other text, returns its last line.
 std::string Summary(const std::string& text) {
   const size_t traceback = text.rfind("Traceback (most recent call last):");
   std::istringstream lines(traceback == std::string::npos ? text : text.substr(traceback));

@@ -21,7 +21,7 @@ class ServerError : public std::runtime_error {
   enum class Kind {
     kUnreachable,  // connection refused or lost, unknown host
     kTimeout,      // no answer before the deadline
-    kProtocol,     // invalid bytes on this wire: an incomplete or oversized frame, another protocol
+    kProtocol,     // invalid bytes on this wire: an incomplete or oversized frame, a different protocol
     kServer,       // the server reported a failure: an error message, a traceback
     kReply,        // keys or shapes of the answer differ from the contract
   };
@@ -40,8 +40,8 @@ enum class Wire { kOpenpi, kRoboArena, kVlaEval, kGroot, kRest, kXPolicyLab };
 
 struct ClientOptions {
   Wire wire = Wire::kOpenpi;
-  // ws://HOST:PORT[/PATH] (openpi, RoboArena, vla-eval, XPolicyLab), tcp://HOST:PORT (GR00T),
-  // http://HOST:PORT/PATH (REST).
+  // The server's address: ws://HOST:PORT[/PATH] (openpi, RoboArena, vla-eval, XPolicyLab), tcp://HOST:PORT
+  // (GR00T), http://HOST:PORT/PATH (REST).
   std::string url;
   // Sent as "Authorization: Api-Key KEY" (websockets, REST) or as api_token (GR00T). Empty: not sent.
   std::string api_key;
@@ -54,7 +54,7 @@ struct ClientOptions {
   // Maximum size of an answer. A larger answer is rejected before it is read.
   uint64_t max_reply_bytes = 256 << 20;
   // GR00T dialect. kDetect queries the server's names of inputs and outputs and derives the dialect from
-  // them. Set another value to skip this query.
+  // them. Any other value skips this query.
   enum class GrootDialect { kDetect, kN15, kN16, kN16Flat };
   GrootDialect groot_dialect = GrootDialect::kDetect;
 };

@@ -48,7 +48,7 @@ class Value {
   bool Is() const {
     return std::holds_alternative<T>(value_);
   }
-  // Returns the value as a T, or null if it is of another type.
+  // Returns the value as a T, or null if it has a different type.
   template <class T>
   const T* As() const {
     return std::get_if<T>(&value_);
@@ -86,7 +86,7 @@ size_t ItemSize(std::string_view dtype);
 std::optional<size_t> ItemCount(const std::vector<int64_t>& shape);
 
 // Returns the numbers of an array of booleans, integers or floats. Values are not rescaled: uint8 stays in 0
-// to 255. Throws ServerError for another dtype, or if data and shape do not match.
+// to 255. Throws ServerError for any other dtype, or if data and shape do not match.
 std::vector<double> Numbers(const Array& array);
 
 Array FloatArray(const std::vector<double>& numbers, std::vector<int64_t> shape);  // "<f4"

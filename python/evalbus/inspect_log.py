@@ -21,8 +21,8 @@ def write_log(folder, out) -> None:
         raise InputError(f"{out}: exists; choose another name")
     run = read_run(folder)
     check_finished(run)
-    # The file is written under a temporary name, from whose ending Inspect derives the format, and renamed when it is
-    # complete.
+    # The file is written under a temporary name and renamed when it is complete. Inspect derives the format from the
+    # name's ending.
     coming = out.with_name(f".{out.stem}.{os.getpid()}.tmp{out.suffix}")
     try:
         write_eval_log(_log(run), str(coming))

@@ -23,7 +23,8 @@ std::string BinTitle(const results::Circumstance& parameter, const results::Circ
                      Percent(bin.rate()), 100 * interval.lower, 100 * interval.upper);
 }
 
-// Writes the success rate of each choice. Choices of the group with the lower rates are bold.
+// Writes the success rate of each choice. If the parameter is significant, the choices of the group with the
+// lower rates are bold.
 void ChoiceRates(const results::Circumstance& parameter, Markup* html) {
   html->Element("table", {{"class", "bars"}}, [&] {
     html->Element("tbody", {}, [&] {

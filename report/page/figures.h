@@ -34,7 +34,7 @@ struct EpisodeEvent {
 void DrawEventMark(EpisodeEvent::Kind kind, Markup* html);
 
 // Returns the CSS class for the color of a figure's line. As in the viewer, the lines of the left and of the
-// right arm have the color of the arm. Other lines have colors without another meaning. name: may be empty
+// right arm have the color of the arm. Other lines have colors that have no other meaning. name: may be empty
 // for a single line.
 std::string LineColor(const std::string& name, size_t index);
 

@@ -93,7 +93,7 @@ void MetricTile(const metrics::MetricSummary& metric, Markup* html) {
   });
 }
 
-// Shows up to six metrics: first metrics that vary, then constant ones.
+// Shows the success rate and up to six metrics: first metrics that vary, then constant ones.
 void Tiles(const RunSection& section) {
   constexpr size_t kTiles = 6;
   std::vector<const metrics::MetricSummary*> varying, constant;

@@ -124,7 +124,7 @@ bool HasJudged(const Policy& policy) {
   });
 }
 
-// Comparison of a policy with the baseline. Without a comparison, remark is the reason, or empty for the
+// Comparison of a policy with the baseline. If there is none, remark states the reason; it is empty for the
 // baseline and for policies without a judged episode.
 struct WithBaseline {
   std::optional<results::Comparison> comparison;

@@ -29,7 +29,7 @@ struct BoardRun {
 };
 
 struct BoardFacts {
-  // Name of the baseline, with which all other policies are compared; empty: the first policy.
+  // Name of the baseline that all other policies are compared with; empty: the first policy.
   std::string baseline;
   // True if the plan tests its results repeatedly while it runs. The p values of a single test are then not
   // valid.

@@ -192,8 +192,8 @@ class Judgment {
     }
   }
 
-  // Throws InputError unless the verdict was given in this order. A verdict on a run alone, or beside another
-  // run, is not part of the random order of these two runs, and its results may have been revealed.
+  // Throws InputError unless the verdict was given in this order. A verdict on a run alone, or together with
+  // another run, is not part of the random order of these two runs, and its results may have been revealed.
   void CheckOrder(const results::Verdict& verdict, const Item& item, int place) const {
     // Verdicts of older versions do not name the other run.
     const bool is_of_these = verdict.other_run.empty() || verdict.other_run == OtherRun(item);

@@ -1,4 +1,4 @@
-// Measures the cost of a policy: planning at tick 0, each further tick, and the parts of planning.
+// Measures the cost of a policy: planning at tick 0, each later tick, and the parts of planning.
 #include <benchmark/benchmark.h>
 
 #include "models/scene.h"

@@ -218,7 +218,7 @@ def check_links(browser, policies, found):
         found.append("the address does not name the episode")
     browser.evaluate("history.back()")
     wait_until(browser, f"{VIEWS}.name === 'board' && location.hash === '#/board'", "back does not lead to the overview")
-    # The failed episode is longer than the success beside which it is shown.
+    # The failed episode is longer than the success next to it.
     late_s = first["metrics"]["completion_time"] - 0.5
     browser.evaluate(f"location.hash = '#view:run=0,episode={first['episode']},t={late_s:.3f},other=1/{first['episode']}'")
     wait_until(browser, "evalbusViewer.tracks.length === 2 && evalbusViewer.tracks[0].run === 0"
@@ -439,7 +439,7 @@ def check_restart(browser, evalbus, policies, found):
     wait_until(browser, "evalbusViewer.connectionState === 'lost'", "the end of the server is not noticed")
     if browser.evaluate("[evalbusViewer.runs.size, evalbusViewer.tracks.length]") != [2, 1]:
         found.append("a page without a server does not keep its runs")
-    # Run 0 of the next server is another run with the same number.
+    # On the next server, run 0 is a different run.
     with served(evalbus, runs[1], "--port", re.search(r":(\d+)/", url)[1]):
         wait_until(browser, "evalbusViewer.runs.size === 1 && evalbusViewer.summary().shown[0]?.startsWith('0/')"
                    " && evalbusViewer.summary().hasImage", "a run of the previous server stays on the page")

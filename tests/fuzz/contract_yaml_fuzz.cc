@@ -1,5 +1,5 @@
-// Reads any text as a policy's contract, converts it to JSON, and checks it against the robot of a small
-// scene.
+// Reads arbitrary text as a policy's contract, converts it to JSON, and checks it against the robot of a
+// small scene.
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"

@@ -1,4 +1,4 @@
-// Parses any bytes as messages of a Foxglove client, text and binary.
+// Parses arbitrary bytes as messages of a Foxglove client, text and binary.
 #include <cmath>
 #include <cstdlib>
 

@@ -1,4 +1,4 @@
-// Decodes any text as JSON with arrays. Encoding and decoding a decoded value again does not change it.
+// Decodes arbitrary text as JSON with arrays. Encoding and decoding a decoded value again must not change it.
 #include <cstdlib>
 
 #include "policy_bridge/wire/codecs.h"

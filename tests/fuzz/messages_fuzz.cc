@@ -1,4 +1,5 @@
-// Decodes any bytes as a message of any type. The first byte selects the type, and the fingerprint is right.
+// Decodes arbitrary bytes as a message of any type. The first byte selects the type, and the fingerprint is
+// right.
 #include <cstdlib>
 #include <vector>
 

@@ -1,4 +1,5 @@
-// Reads any text as the MJCF file of a scene part, composes it into a scene, compiles the scene and steps it.
+// Reads arbitrary text as the MJCF file of a scene part, composes it into a scene, compiles the scene and
+// steps it.
 #include "base/errors.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/small_scene.h"

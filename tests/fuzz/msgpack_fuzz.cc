@@ -1,5 +1,5 @@
-// Decodes any bytes as the message of a policy server. Encoding and decoding a decoded message again does not
-// change it.
+// Decodes arbitrary bytes as the message of a policy server. Encoding and decoding a decoded message again
+// must not change it.
 #include <cstdlib>
 
 #include "policy_bridge/wire/codecs.h"

@@ -1,4 +1,4 @@
-// Reads any bytes as a .npy file. Writing and reading the array again does not change it.
+// Decodes arbitrary bytes as a .npy file. Encoding and decoding the array again must not change it.
 #include <cstdlib>
 
 #include "policy_bridge/wire/codecs.h"

@@ -1,4 +1,4 @@
-// Reads any bytes as an npz file. The content of every member must be within the file.
+// Reads arbitrary bytes as an npz file. The content of every member must be within the file.
 #include <cstdlib>
 
 #include "base/errors.h"

@@ -1,4 +1,4 @@
-// Reads any text as a robot description and composes the robot into a scene.
+// Reads arbitrary text as a robot description and composes the robot into a scene.
 #include "base/errors.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/small_scene.h"

@@ -1,5 +1,5 @@
-// Reads any text as a run folder: the first line is run.json, and the others are episodes.jsonl. The folder
-// is read as by report, compare and export, and as by --resume.
+// Reads arbitrary text as a run folder: the first line is run.json, and the others are episodes.jsonl. The
+// folder is read both as report, compare and export read it, and as --resume reads it.
 #include <algorithm>
 
 #include "base/errors.h"
@@ -34,7 +34,7 @@ FUZZ_TARGET(run_reader) {
     const results::RecordedRuns runs = results::ReadRuns(folder.path());
     runs.runs[0].Remarks();
     for (const results::RecordedEpisode& episode : runs.runs[0].episodes) episode.Values();
-    // Compares the runs with copies of themselves whose seeds are in another order.
+    // Compares the runs with copies of themselves whose seeds are in a different order.
     results::RecordedRuns baseline = runs;
     std::swap(baseline.runs[0].episodes.front().seed, baseline.runs[0].episodes.back().seed);
     const results::Comparison comparison = results::CompareRuns(runs, baseline);

@@ -1,4 +1,4 @@
-// Reads any bytes as a safetensors file. Writing and reading the content again does not change it.
+// Reads arbitrary bytes as a safetensors file. Writing and reading the content again must not change it.
 #include <cstdlib>
 
 #include "base/errors.h"

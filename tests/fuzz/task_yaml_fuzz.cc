@@ -1,4 +1,4 @@
-// Reads any text as a task description. The scene is composed, compiled, stepped and evaluated.
+// Reads arbitrary text as a task description. The scene is composed, compiled, stepped and evaluated.
 #include "base/errors.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/small_scene.h"

@@ -1,4 +1,4 @@
-// Reads any bytes as the YAML that maps columns, or a live source, to a task.
+// Reads arbitrary bytes as the YAML that maps columns, or a live source, to a task.
 #include "base/errors.h"
 #include "runner/trajectory_score.h"
 #include "sim/source_map.h"

@@ -270,7 +270,7 @@ std::string SchemaError(const std::string& schema, const fs::path& file) {
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  // This process and its children exchange no messages with other processes.
+  // Isolates this process and its children, so that they exchange no messages with other processes.
   try {
     evalbus::EnterPrivateNetwork();
   } catch (const evalbus::EnvironmentError&) {

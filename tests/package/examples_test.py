@@ -54,7 +54,7 @@ with tempfile.TemporaryDirectory() as folder:
     assert 0.1 < episode["metrics"]["target_distance"]["wrists_over_pot"] < 0.5, episode
     loaded = json.loads((run / "run.json").read_text())["plugins"]
     assert sorted(loaded) == ["libwaving.so", "libwrists_above.so"], loaded
-    # A resume with other plugins is refused, because it would be another run.
+    # A resume with different plugins is refused, because it would be a different run.
     assert "other plugins" in call(evalbus, "run", "--resume", "--out", run, f"{task}/base", "--policy", "waving", "--episodes",
                                    "2", code=1, env={**plugins, "EVALBUS_PREDICATES": ""})
 

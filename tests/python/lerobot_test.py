@@ -186,7 +186,7 @@ class LeRobotTest(unittest.TestCase):
         try:
             (url,) = [line.split(": ")[1].strip() for line in iter_until(server.stdout, "policy server ready: ")]
             checked = program("evalbus", "policy", "check", url, "--contract", contract, "--out", self.here / "check", check=False)
-            self.assertIn(checked.returncode, (0, 6), checked.stdout)  # Such a small policy may begin with a jump.
+            self.assertIn(checked.returncode, (0, 6), checked.stdout)  # A policy this small may begin with a jump.
             for task, theirs in zip(tasks, per_task):
                 ours = evalbus.run(
                     task, url, contract=contract, episodes=EPISODES, seed=SEED, in_process=True, video=["none"],

@@ -280,7 +280,7 @@ class LogTest(unittest.TestCase):
                     messages.decode(data[:size])
             with self.assertRaisesRegex(messages.MessageError, "expected [0-9]+ bytes, got "):
                 messages.decode(data + b"\0")
-            # A count that exceeds the data, at any position, may cause an error or give another message, but must not
+            # A count that exceeds the data, at any position, may cause an error or give a different message, but must not
             # hang.
             for at in range(8, min(len(data) - 4, 400)):
                 for count in (b"\x7f\xff\xff\xff", b"\xff\xff\xff\xff"):

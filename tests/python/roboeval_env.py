@@ -274,7 +274,7 @@ class Environment:
             metrics = env._final_metrics
             theirs = metrics.get("target_distance", {})
             if theirs:
-                # RoboEval has different names, in a different order.
+                # RoboEval's distances have different names and a different order, so sorted values are compared.
                 difference = np.sort(list(theirs.values())) - np.sort(episode.distances[tick])
                 largest["distance_m"] = max(largest["distance_m"], float(np.abs(difference).max()))
             if episode.pose_errors.shape[1]:

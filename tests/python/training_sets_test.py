@@ -135,7 +135,7 @@ def check_lerobot(recorded, hdf5, folder):
                 frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
             wanted = first[f"obs/roboeval_{camera}_image"][:].astype(int)
             shown = numpy.array(frames[:at], int)
-            # The video is compressed. Another frame, or an image upside down, would have a larger error.
+            # The video is compressed. A wrong frame, or an image upside down, would have a larger error.
             error = numpy.abs(shown - wanted).mean()
             assert error < 6, (camera, error)
             assert numpy.abs(shown[:, ::-1] - wanted).mean() > 2 * error, camera

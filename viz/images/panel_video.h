@@ -1,7 +1,7 @@
 // Videos with panels: one episode with all its scores and events, two episodes side by side, or many episodes
-// in a grid. Frame n shows simulated time n / 30 s, unless another timing is selected. After an episode has
-// ended, its last image stays visible. After all episodes have ended, the final image is held for kPanelHold
-// frames (in a video of one episode only if the video shows how it ended).
+// in a grid. Frame n shows simulated time n / 30 s, unless a different timing is selected. After an episode
+// has ended, its last image stays visible. After all episodes have ended, the final image is held for
+// kPanelHold frames (in a video of one episode only if the video shows how it ended).
 #pragma once
 
 #include <cstdint>

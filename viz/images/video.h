@@ -1,6 +1,6 @@
 // Records videos of episodes from their logs.
 //
-// Frame n shows simulated time n / 30 s, unless another timing is selected (video_timing.h). It shows the
+// Frame n shows simulated time n / 30 s, unless a different timing is selected (video_timing.h). It shows the
 // last STATE at or before that time, with the scores of its tick. If the video shows the episode's end, 30
 // more frames show the last STATE with the outcome.
 #pragma once
@@ -60,7 +60,7 @@ struct VideoOptions {
 // Records one video per camera in the size of the frame_renderer's frames, and returns the files
 // FOLDER/<VideoName>. The full layout makes a single video, "full.mp4"; without cameras it uses FullCameras.
 // If a log has several episodes, each has its own video: "episode_0007_front.mp4", or
-// "episode_0007_2_front.mp4" for a second attempt or a second run. The file name of a video with another
+// "episode_0007_2_front.mp4" for a second attempt or a second run. The file name of a video with a different
 // timing contains the NameSuffix of the timing, so that it does not replace the video of the whole episode.
 // The visual model is loaded by VisualModel() (viz/images/log_episodes.h). Throws InputError (unknown log or
 // episode, cameras as in CheckCameras, log without MODEL or STATE) and EnvironmentError.

@@ -181,7 +181,7 @@ class EpisodeTrack {
   About about_;
   std::optional<episode_begin_t> begin_;
   nlohmann::ordered_json appearance_;
-  // One entry per tick, which is null if there is no message of the tick.
+  // One entry per tick; null if no message of the tick has been kept.
   std::vector<std::unique_ptr<Tick>> ticks_;
   bool is_cut_ = false;
   int layout_ = 0;

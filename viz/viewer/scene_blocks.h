@@ -34,7 +34,7 @@ class SceneBlocks {
 
  private:
   void MakeScene(const mjModel& physics);
-  // Returns a description of a material of the visual model, or of a copy with another appearance.
+  // Returns a description of a material of the visual model, or of a copy with a different appearance.
   nlohmann::ordered_json Material(const mjModel& model, int id) const;
 
   model_info_t info_;

@@ -47,7 +47,7 @@ void Listener::Accept() {
   acceptor_.async_accept([this](error_code error, tcp::socket socket) {
     if (error == asio::error::operation_aborted) return;
     if (error) {
-      // There may be no free file descriptor, for example. Accepting is retried later.
+      // Accepting may fail, for example if no file descriptor is free. It is retried later.
       pause_.expires_after(std::chrono::milliseconds(100));
       pause_.async_wait([this](error_code stopped) {
         if (!stopped) Accept();

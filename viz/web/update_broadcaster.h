@@ -19,7 +19,7 @@ using SharedBytes = std::shared_ptr<const std::string>;
 
 class UpdateBroadcaster {
  public:
-  // Maximum number and total size of the tick blocks that are kept for slow viewers. A viewer that is further
+  // Maximum number and total size of the tick blocks that are kept for slow viewers. A viewer that is farther
   // behind receives the whole episode.
   static constexpr size_t kKeptTicks = 60;
   static constexpr size_t kKeptTickBytes = size_t{4} << 20;

@@ -197,7 +197,7 @@ class LossyBus : public testing::Test {
   }
 
   // Runs disturbed episodes. Returns how many have the reference's result. Fails the test if a complete
-  // episode has another result.
+  // episode has a different result.
   int Equal(const Faults& faults, int episodes) {
     int equal = 0;
     for (int i = 0; i < episodes; ++i) {

@@ -21,7 +21,7 @@ void LeaveNetwork() {
   if (unshare(CLONE_NEWNET) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) _exit(125);
 }
 
-// Also gives up the right to create another namespace.
+// Like LeaveNetwork(), but the process cannot create another namespace afterwards.
 void LeaveNetworkForGood() {
   LeaveNetwork();
   sock_filter instructions[] = {

@@ -1,5 +1,5 @@
-// Tests runs on whose bus other processes publish. Such a run either has the scores of an undisturbed run, or
-// stops and states the reason.
+// Tests runs on a bus on which other processes also publish. Such a run either has the scores of an
+// undisturbed run, or stops and states the reason.
 #include <sstream>
 
 #include "tests/integration/harness.h"

@@ -68,7 +68,7 @@ TEST_F(Certify, TheSameEngineUnderTwoNamesFlipsNothing) {
   EXPECT_EQ(info["mujoco_version"], stand_in_);
   EXPECT_EQ(ReadText(own / "episodes.jsonl"), ReadText(other / "episodes.jsonl"));
 
-  // Finished episodes are not run again, and another plan is refused.
+  // Finished episodes are not run again, and a different plan is refused.
   ExpectError(Run(command), "exists and is not an empty folder");
   const auto written = fs::last_write_time(own / "episodes/0001/summary.json");
   std::vector<std::string> again = command;

@@ -105,13 +105,13 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   EXPECT_EQ(rest.code, 0) << rest.err;
   ExpectEqual(resumed);
 
-  // Resuming a complete collection succeeds, so that a shell loop that repeats the command until it succeeds
-  // ends.
+  // Resuming a complete collection succeeds, which ends a shell loop that repeats the command until it
+  // succeeds.
   const Result again = RunProgram(Command(resumed, {"--in-process", "--resume"}));
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_NE(again.out.find(kYield), std::string::npos) << again.out;
   ExpectEqual(resumed);
-  // Resuming with other options is refused.
+  // Resuming with different options is refused.
   const Result of_other_seed = RunProgram(Command(resumed, {"--in-process", "--resume", "--seed", "1"}));
   EXPECT_EQ(of_other_seed.code, 1);
   EXPECT_NE(of_other_seed.err.find("the run was made with seed 0, not 1"), std::string::npos)

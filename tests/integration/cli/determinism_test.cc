@@ -50,7 +50,7 @@ TEST_P(DeterminismAt, OneProcessAndSeveralGiveTheSameBytes) {
   ExpectSameScores(folder.path() / "a", folder.path() / "b");
   const RecordedLog log = ReadLog(LogFile(folder.path() / "a", 0));
   ExpectSameTicks(log, ReadLog(LogFile(folder.path() / "b", 0)));
-  // The log has the ticks of half a second and the reset state.
+  // The log has the reset state and the ticks of half a second.
   EXPECT_EQ(log.Payloads(channels::kState).size(), static_cast<size_t>(std::stoi(GetParam())) / 2 + 1);
 }
 

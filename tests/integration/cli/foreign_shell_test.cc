@@ -1,5 +1,5 @@
-// The shell's PATH and library paths begin with another compiler, tools and libraries, as conda, pyenv and
-// environment modules set them.
+// The shell's PATH and library paths begin with a different compiler, tools and libraries, as conda, pyenv
+// and environment modules set them.
 #include <sys/stat.h>
 
 #include <cstdlib>

@@ -160,7 +160,7 @@ TEST_F(FormatsTest, Compare) {
             "b (expert)\n");
 }
 
-// A baseline that is only named by --baseline is a further run.
+// A baseline that is named only by --baseline is an additional run.
 TEST_F(FormatsTest, CompareWithABaselineOutsideTheRuns) {
   const fs::path other = folder_->path() / "other/a", json = folder_->path() / "alike.json";
   fs::create_directories(other.parent_path());

@@ -185,7 +185,7 @@ TEST_F(Judge, VerdictsOfAnotherJudgmentDoNotCount) {
         std::string::npos);
   }
   EXPECT_NE(refusal(verdict(1, 1, "0"), false).find("from a judgment of two runs"), std::string::npos);
-  // An episode that the run does not have.
+  // The second line is for an episode that the run does not have.
   WriteText(a_ / "verdicts.jsonl", verdict(1, 1, "null") + verdict(7, 2, "null"));
   for (const std::vector<std::string>& command :
        {std::vector<std::string>{"evalbus", "judge", a_}, {"evalbus", "report", a_}}) {

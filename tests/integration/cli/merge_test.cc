@@ -235,7 +235,8 @@ TEST_F(Merge, RefusesPartsOfAnotherPlan) {
   ExpectRefused("/run.json: \"seed\" is 5, but 6 in plan.json");
 }
 
-// If the merged run has another evaluation of a shard's episodes, the merge is refused and the shard is kept.
+// If the merged run has a different evaluation of a shard's episodes, the merge is refused and the shard is
+// kept.
 TEST_F(Merge, RemovesOnlyWhatItCounted) {
   const fs::path part = Part("rnd", "0000-0001"), copy = folder_.path() / "copy";
   fs::copy(part, copy, fs::copy_options::recursive);

@@ -29,7 +29,7 @@ class PackedLogs : public testing::Test {
   }
 
   TemporaryFolder folder_;
-  // The folders have the same name, because pages show it.
+  // Pages show the name of the folder, so both folders have the same name.
   const fs::path plain_ = folder_.path() / "plain/run", packed_ = folder_.path() / "packed/run";
 };
 

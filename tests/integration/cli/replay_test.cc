@@ -29,7 +29,7 @@ class Recorded : public testing::Test {
     for (int i = 0; i < episodes; ++i) n += ReadLog(LogFile(run_, i)).Payloads(channels::kState).size();
     return n;
   }
-  // lift_pot with another lift height for success.
+  // lift_pot with a different lift height for success.
   fs::path TaskWithThreshold(const std::string& meters) {
     std::string text = ReadText(EVALBUS_SOURCE_DIR "/models/tasks/lift_pot.yaml");
     const std::string key = "min_m: 1.096";
@@ -101,7 +101,7 @@ TEST_F(Recorded, ReplayGivesTheRecordedBits) {
   EXPECT_SAYS(one.out, "1 of 1 episodes have scores bit-identical");
 }
 
-// Both episodes have the number 0, but other seeds.
+// Both episodes have the number 0, but different seeds.
 TEST_F(Recorded, ReplayOfALogWithTwoRunsGivesTheBitsOfBoth) {
   EVALBUS_NEEDS_BUS();
   Record(1);

@@ -542,7 +542,7 @@ TEST(Plan, EventsAreLinesOfJson) {
                 (std::vector<double>{0, 0.1, 0.2, 0.3, 0.4}));
     }
   }
-  // `episodes` is only the number until the first look at the results.
+  // The plan's `episodes` is only the number before the first look, so the maximum is shown.
   const Result status = RunProgram({"evalbus", "status", out});
   EXPECT_EQ(status.out,
             "8 of at most 8 episodes done; the plan has ended\n         4  random\n         4  still\n");
@@ -700,7 +700,7 @@ TEST(Suite, ResumeRefusesToForgetRuns) {
   EXPECT_EQ(seed.code, 1);
   EXPECT_NE(seed.err.find("the run was made with seed 0, not 4"), std::string::npos) << seed.err;
   EXPECT_EQ(Contents(suite), before);
-  // A resumed suite accepts further tasks.
+  // A resumed suite accepts additional tasks.
   const Result more = run({"lift_pot/base", "lift_pot/position", "cube_handover/base"}, {"--resume"});
   EXPECT_EQ(more.code, 0) << more.err;
   EXPECT_EQ(nlohmann::json::parse(ReadText(suite / "summary.json"))["all"]["episodes"], 3);

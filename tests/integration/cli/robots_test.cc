@@ -65,7 +65,7 @@ TEST(Robots, InATaskThatWasNotMadeForThem) {
   EXPECT_EQ(ReadText(image).substr(1, 3), "PNG");
 }
 
-// Such as a command in millimeters, which MuJoCo would clip.
+// MuJoCo would clip such a command, for example one in millimeters.
 TEST(Robots, ACommandBeyondTheActuatorsRangeIsRefused) {
   TemporaryFolder folder;
   const Result result = RunProgram(

@@ -266,7 +266,7 @@ TEST(Like, RunsAnOlderRunAgain) {
                         "2", "--out", folder.path() / "refused"})
                 .err,
             "error: --policy: " + run.string() + " contains no episode 1 to replay\n");
-  // The name of the old run's policy does not apply to another policy.
+  // The name of the old run's policy does not apply to a different policy.
   ordered_json named = ordered_json::parse(ReadText(run / "run.json"));
   named["policy_name"] = "ckpt-1";
   fs::create_directories(folder.path() / "named");
@@ -275,7 +275,7 @@ TEST(Like, RunsAnOlderRunAgain) {
   EXPECT_EQ(ordered_json::parse(ReadText(folder.path() / "same_policy/run.json"))["policy_name"], "ckpt-1");
   Evaluate({"--like", folder.path() / "named", "--policy", "random"}, folder.path() / "other_policy");
   EXPECT_EQ(ordered_json::parse(ReadText(folder.path() / "other_policy/run.json"))["policy_name"], "");
-  // Neither does its contract, unless the other policy is a server, too.
+  // The old run's contract does not apply either, unless the new policy is also a server.
   ordered_json served = ordered_json::parse(ReadText(run / "run.json"));
   served["policy"] = "ws://127.0.0.1:1";
   served["contract"] = "plain";

@@ -96,7 +96,7 @@ TEST_F(Score, ClearanceHasThePointsOfASimulationOfTheSameJoints) {
   EXPECT_NE(one_row.err.find("expected two rows or more, got one\n"), std::string::npos) << one_row.err;
 }
 
-// The recording has another zero and direction of a joint, and another frame of the pot.
+// In the recording, a joint has a different zero and direction, and the pot has a different frame.
 TEST_F(Score, ZerosAndFramesOfTheRecordingAreConverted) {
   const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored",
                  converted = folder_.path() / "converted";
@@ -163,7 +163,7 @@ TEST_F(Score, ZerosAndFramesOfTheRecordingAreConverted) {
       "error: " + map_.string() + ":3: key 'left/joint2': 'q' is already the column of 'left/joint1'\n");
 }
 
-// Spreadsheet programs begin their files with such a mark.
+// Spreadsheet programs begin their files with a byte order mark.
 TEST_F(Score, AByteOrderMarkIsSkipped) {
   const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored",
                  marked = folder_.path() / "marked";

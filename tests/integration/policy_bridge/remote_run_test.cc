@@ -405,7 +405,7 @@ TEST_F(RemoteRun, ReportsWhichStartsWereSeenInTraining) {
   EXPECT_EQ(SchemaError("episode", run / "episodes.jsonl"), "");
   EXPECT_EQ(SchemaError("policy_calls", run / "episodes/0000/policy_calls.json"), "");
 
-  // Another training set is refused when the run is resumed; nothing is changed.
+  // A different training set is refused when the run is resumed; nothing is changed.
   WriteText(contract, "trained_on: [demos, run]\n" + text);
   result =
       RunProgram(With({"evalbus", "run"}, With(Arguments(contract, 4), {"--out", run.string(), "--resume"})));
@@ -503,7 +503,8 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
   EXPECT_EQ(result.code, 6) << result.out;
   EXPECT_NE(result.out.find("absolute positions used as deltas"), std::string::npos) << result.out;
 
-  // Valid targets differ from the robot's position, as an early checkpoint or another initial pose may cause.
+  // Valid targets differ from the robot's position, as an early checkpoint or a different initial pose may
+  // cause.
   Serve([](const Value& observation) -> Value {
     std::vector<double> row = Numbers(*observation.Find("state")->As<Array>());
     for (double& joint : row) joint += 0.65;
@@ -567,7 +568,7 @@ TEST_F(RemoteRun, CheckDistinguishesCauses) {
             std::string::npos)
       << result.out;
 
-  // Both grippers use one value, and another value is left.
+  // Both grippers use the same value, and one value is not used.
   Serve([](const Value&) -> Value {
     return Map{{"actions", FloatArray(std::vector<double>(16 * kSteps, 0), {kSteps, 16})}};
   });

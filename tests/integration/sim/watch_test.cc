@@ -336,7 +336,7 @@ TEST_F(Watch, AMapIsCheckedBeforeTheRunBegins) {
   EXPECT_EQ(name.err, "error: --policy-name: expected text without control characters\n");
 }
 
-// The source publishes the recorded joints with other names, zeros and frames.
+// The source publishes the recorded joints with different names, zeros and frames.
 TEST_F(Watch, AMapConvertsNamesZerosAndFrames) {
   const fs::path map = folder_.path() / "map.yaml";
   WriteText(map, R"(joints:

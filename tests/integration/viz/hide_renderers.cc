@@ -1,5 +1,5 @@
-// For LD_AUDIT: the dynamic loader does not find OSMesa and, if HIDE_EGL is set, not EGL either. This
-// simulates a machine without them.
+// For LD_AUDIT: the dynamic loader finds neither OSMesa nor, if HIDE_EGL is set, EGL. This simulates a
+// machine without them.
 #include <link.h>
 
 #include <cstdlib>

@@ -40,7 +40,7 @@ class OtherProgram {
   uint16_t port_ = 0;
 };
 
-// Returns a function that returns these ports one after the other, each with another multicast group.
+// Returns a function that returns these ports one after the other, each with a different multicast group.
 std::function<ReservedBus::Place()> Draws(std::vector<uint16_t> ports) {
   return [ports = std::move(ports), next = size_t{0}]() mutable {
     const uint16_t port = ports[next % ports.size()];

@@ -1,4 +1,5 @@
-// For these inputs, rounding leaves the expanding polytope without faces or with ever more of them.
+// For these inputs, rounding leaves the expanding polytope without faces, or lets the number of its faces
+// grow without end.
 #include "collision/penetration.h"
 
 #include <gtest/gtest.h>

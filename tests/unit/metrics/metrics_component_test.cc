@@ -256,7 +256,7 @@ TEST_F(MetricsComponentTest, TheRunSummaryIsMarkedAsPartial) {
   finish(0);
   ASSERT_EQ(runs_.size(), 1);
   EXPECT_FALSE(runs_.back().is_part);
-  // An earlier process or another one has finished episode 1.
+  // Another process, possibly an earlier one, has finished episode 1.
   finish(2);
   EXPECT_TRUE(runs_.back().is_part);
   finish(1);

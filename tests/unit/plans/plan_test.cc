@@ -178,7 +178,7 @@ TEST_F(PlanTest, OfALatencyCurveHasAnEntryForEachDelay) {
   options.workers = 2;
   const Plan plan = LatencyPlan(options, {"0", "100"}, {"synchronous", "rtc"}, false);
   ASSERT_EQ(plan.policies.size(), 4u);
-  // A plan that is resumed with another number of workers is the same plan.
+  // A plan that is resumed with a different number of workers is the same plan.
   EXPECT_EQ(plan.options.workers, 1);
   EXPECT_EQ(plan.policies[3].name, "rtc-100ms");
   EXPECT_EQ(plan.OptionsOf(plan.policies[3]).policy.latency, "100");

@@ -145,7 +145,7 @@ TEST_F(Followed, OtherLinesAreReadFromTheBegin) {
 TEST_F(Followed, AnotherRunMayTakeTheFolder) {
   Append(Line(0, true) + Line(1, true));
   follower_.Update();
-  // The file keeps its inode, as it may happen if a new file gets the inode of a removed one.
+  // The file keeps its inode, which also happens if a new file gets the inode of a removed one.
   results::WriteFile(run_ / kEpisodesJsonl, Line(0, false) + Line(1, false));
   nlohmann::ordered_json info = results::RunInfo(3);
   results::WriteFile(run_ / kRunJson, info.dump());

@@ -358,7 +358,7 @@ TEST_F(EqualEpisodesTest, EqualPairsAreOneSample) {
                                                 "numbers: interval and test count them as one"));
   EXPECT_TRUE(Conclusion(result).ends_with(" 1 pair like this is too few to detect any difference."))
       << Conclusion(result);
-  // If a single episode differs, all count.
+  // If a single pair differs, every pair counts.
   std::vector<Each> some(20, {false, 20});
   some[3] = {true, 4};
   EXPECT_EQ(CompareRuns(good, Equal("some", some)).success.samples.pairs.only_a, 19);
@@ -800,7 +800,7 @@ TEST_F(CompareTest, WithoutCompleteEpisodesThereIsNoDifference) {
   EXPECT_EQ(Headline(CompareRuns(none, also)), "No conclusion: neither none nor also has a complete episode");
 }
 
-// Returns a suite of two runs. The second one gets another variation.
+// Returns a suite of two runs. The second one gets a different variation.
 RecordedRuns Suite(RecordedRuns first, const RecordedRuns& second) {
   first.runs.push_back(second.runs[0]);
   first.runs.back().variation = "base";
@@ -871,7 +871,7 @@ TEST_F(CompareTest, ASequentialTestIsNamedAndDecidesByItself) {
   const ordered_json json = ComparisonJson({result})["comparisons"][0]["success"];
   EXPECT_EQ(json["test"], "McNemar, valid at any look");
   EXPECT_FALSE(json.contains("findable_difference")) << json;
-  // A plan may choose another level than 5 %.
+  // A plan may choose a level other than 5 %.
   result.success.SetSequential(0.03, 0.06, true);
   EXPECT_EQ(result.success.judgment(), Judgment::kBetter);
   EXPECT_TRUE(Headline(result).starts_with("b is 70 points better than a, ")) << Headline(result);
@@ -883,7 +883,7 @@ TEST_F(CompareTest, SeveralAreAdjusted) {
   EXPECT_DOUBLE_EQ(results[0].success.p, 1.0 / 32);
   EXPECT_DOUBLE_EQ(results[0].success.p_adjusted, 1.0 / 16);
   EXPECT_TRUE(Conclusion(results[0]).starts_with("No difference shown")) << Conclusion(results[0]);
-  // Every adjusted p is called adjusted, also the largest, which Holm leaves as it is.
+  // Every adjusted p is called adjusted, even the largest, which Holm's method leaves unchanged.
   EXPECT_EQ(results[1].success.p_adjusted, results[1].success.p);
   for (const Comparison& result : results)
     EXPECT_THAT(Evidence(result), testing::HasSubstr(", exact McNemar, adjusted with Holm's method, p = "));

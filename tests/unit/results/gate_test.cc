@@ -130,7 +130,7 @@ TEST_F(GateTest, EpisodesThatNeitherRunHasCountAgainstThePass) {
   const Gate gate = Decide(Of("a", 80, 100, missing), Of("b", 80, 100, missing), {});
   EXPECT_EQ(gate.verdict, GateVerdict::kCannotTell);
   EXPECT_THAT(GateText(gate), HasSubstr("20 pairs without"));
-  // Episodes that only one of them should have run are not pairs.
+  // Episodes that were planned for only one of the two runs are not pairs.
   EXPECT_THAT(GateText(Decide(Of("c", 80, 90, missing), Of("d", 80, 100, missing), {})),
               HasSubstr("10 pairs without"));
   EXPECT_EQ(Decide(Of("e", 80, 80), Of("f", 80, 100, missing), {}).verdict, GateVerdict::kPass);

@@ -77,7 +77,7 @@ TEST_F(LatencyCurveTest, WithoutCompleteEpisodesHasDashes) {
 
 class DelayHeadlineTest : public testing::Test {
  protected:
-  // Adds a run, of whose episodes the first ones succeed.
+  // Adds a run whose first `successes` episodes succeed.
   void Add(const std::string& execution, int delay_ms, int successes, int episodes = 20) {
     ordered_json info = RunInfo(episodes);
     info.update({{"latency", std::to_string(delay_ms)},

@@ -115,7 +115,7 @@ TEST(Ranking, ErrsInFivePercentAtMost) {
     const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
     int errors = 0;
     for (int i = 0; i < simulations; ++i) {
-      // From a share of the initial states, all policies have the same outcome.
+      // From a fraction `in_common` of the initial states, all policies have the same outcome.
       std::vector<double> luck;
       for (int start = 0; start < 40; ++start) luck.push_back(uniform() < in_common ? uniform() : -1);
       std::vector<RecordedRuns> policies;

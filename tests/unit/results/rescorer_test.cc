@@ -1,5 +1,5 @@
-// Logs of episodes that continued after their success are rescored with the original and with another task
-// description.
+// Logs of episodes that continued after their success are rescored with the original and with a different
+// task description.
 #include "results/rescorer.h"
 
 #include <fmt/format.h>

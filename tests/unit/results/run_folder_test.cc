@@ -181,7 +181,7 @@ TEST(RunFolder, ALineThatDoesNotFitLeavesNothing) {
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
   // RLIMIT_FSIZE acts like a full disk: only a part of the data is written. The episode's own summary, which
-  // has almost no indentation, fits within the limit, but a further line does not.
+  // has almost no indentation, fits within the limit, but another line does not.
   const nlohmann::ordered_json line = {{"episode", 1}, {"text", std::string(200, 'x')}};
   const rlimit small{ToText(line, 2).size() + 1, before.rlim_max};
   setrlimit(RLIMIT_FSIZE, &small);

@@ -34,7 +34,7 @@ TEST(CommandOf, HasTheOptionsThatDiffer) {
       "b=y --control-hz 20.0 --realtime");
 }
 
-// A run without images can get videos later, with the library that is there then.
+// A run without images can get videos later, with any rendering library that is installed by then.
 TEST(CheckFixedOptions, ComparesTheLibraryOnlyIfItWasUsed) {
   RunOptions options;
   options.gl = "software";

@@ -160,7 +160,7 @@ TEST_P(AllTasksTest, SeedsOfRoboEvalPlaceObjectsAsItDoes) {
       }
       mjtNum quaternion[4];
       mju_copy4(quaternion, &world->data().xquat[4 * body]);
-      // RoboEval's tray has another frame.
+      // The frame of RoboEval's tray has a different orientation.
       const mjtNum turn[4] = {0.5, 0.5, 0.5, 0.5};
       if (part == "tray") mju_mulQuat(quaternion, quaternion, turn);
       double dot = 0;

@@ -317,7 +317,7 @@ TEST_F(RandomizedTest, TexturesAndPosesOfLightsChangeNoOtherDraw) {
   EXPECT_EQ(after.size(), before.size() + 3 + 1);
   for (const auto& [name, value] : before) EXPECT_EQ(after.at(name), value) << name;
   EXPECT_LE(std::abs(after.at("light_key_turn_y_rad")), 20 * std::numbers::pi / 180);
-  // The texture does not depend on whether a light is rotated, either.
+  // Rotating a light does not change the texture, either.
   const std::map<std::string, double> texture =
       parameters("      - texture: {of: [world], choices: [plain, checker, stripes]}\n");
   EXPECT_EQ(texture.at("world_texture_choice"), after.at("world_texture_choice"));

@@ -298,7 +298,7 @@ TEST_F(CameraComponentTest, BeginsOnceItsModelIsThere) {
   EXPECT_EQ(process.component.status().component, "cameras");
 }
 
-// The second process has rendered other images before, in another order.
+// The second process has already rendered different images, in a different order.
 TEST_F(CameraComponentTest, EqualStatesGiveEqualBytes) {
   std::vector<view_t> views = {View("front", 64, 48), View("roboeval/head", 224, 224),
                                View("roboeval/head", 40, 40, "depth32"), View("left/hand/wrist", 51, 37)};

@@ -188,7 +188,7 @@ void InChild(const std::string& library, const std::function<void()>& work) {
   check.CheckEnd();
 }
 
-// Returns the device with which the library draws. Throws EnvironmentError.
+// Returns the device that the library draws with. Throws EnvironmentError.
 std::string DeviceOf(const std::string& library) {
   constexpr size_t kMaxBytes = 256;
   const SharedMemory name(kMaxBytes);

@@ -18,7 +18,7 @@ namespace evalbus::viz {
 // - "auto": "egl" if it works with a graphics processor of this machine, else "software"
 void CheckGl(const std::string& name);
 // Selects the library. If it is not called, "software" is used. Throws the errors of CheckGl(), and
-// EnvironmentError if the selected library is missing or this process already draws with another library.
+// EnvironmentError if the selected library is missing or this process already draws with a different library.
 void UseGl(const std::string& name);
 // The renderer of a run.
 struct GlChoice {

@@ -220,7 +220,7 @@ Evalbus.paletteOf = (node) => {
 };
 
 // Returns the name of the color (viewer.css) for the k-th part of a curve. If the part's name contains an arm, such as "left
-// gripper to pot", this is the arm's color, otherwise a color without another meaning.
+// gripper to pot", this is the arm's color, otherwise a color that has no other meaning.
 Evalbus.roleOf = (name, k, head) => {
   const words = ` ${Evalbus.spaced(name)} `;
   const arm = (head.arms || []).findIndex((one) => words.includes(` ${Evalbus.spaced(one)} `));
@@ -230,7 +230,7 @@ Evalbus.roleOf = (name, k, head) => {
 // A list with rows of equal height. Only the visible rows exist in the DOM, because a run may have 100,000 episodes. Derived
 // classes implement makeRow(), which returns an object with the row's `node`, and fill(slot, row), which sets its content.
 Evalbus.RowList = class {
-  // box: properties of the element that scrolls. rows: properties of the element in it that contains the rows.
+  // box: properties of the scrolling element. rows: properties of the element inside it that contains the rows.
   constructor(box, rows) {
     const e = Evalbus.element;
     this.rows = [];

@@ -39,7 +39,7 @@ Evalbus.Judge = class {
     } }, ...children);
   }
 
-  // Must be called when the connection opens. The server may be another one, which gives the numbers to other episodes.
+  // Must be called when the connection opens. The server may be a different one, with different numbers for the episodes.
   reconnect() {
     this.isStale = true;
   }
@@ -65,7 +65,7 @@ Evalbus.Judge = class {
     else if (isStale) this.showAgain();
   }
 
-  // Loads the shown episode again. If the server has another episode with this number, the choices are reset.
+  // Loads the shown episode again. If the server has a different episode with this number, the choices are reset.
   async showAgain() {
     const { item, outcome, stages } = this, rubric = this.rubric.value, before = this.viewer.tracks[0];
     // Until the episode is loaded, no verdict can be saved.

@@ -91,7 +91,7 @@ Evalbus.SceneView = class {
     });
   }
 
-  // Lets the wheel zoom only while the image has the keyboard focus, as after a click. For pages that scroll.
+  // Lets the wheel zoom only while the image has the keyboard focus, as after a click. Used on pages that scroll.
   zoomOnFocus() {
     this.controls.enableZoom = false;
     this.canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });

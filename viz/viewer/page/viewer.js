@@ -142,7 +142,7 @@ Evalbus.Viewer = class {
 
   hearEpisodes(head) {
     const run = this.runOf(head.run);
-    // The episodes that are removed from the list may have been repeated (--resume), or the folder contains another run.
+    // The episodes that are removed from the list may have been repeated (--resume), or the folder contains a different run.
     for (const row of run.episodes.splice(head.from)) this.recent.delete(Evalbus.keyOf(row));
     ++run.changes;
     for (const row of head.episodes) run.episodes.push({ ...row, run: head.run });
@@ -187,7 +187,7 @@ Evalbus.Viewer = class {
     if (state === "open") {
       this.problem = "";
       for (const run of this.runs.values()) run.isStale = true;
-      // The next server may have other runs with the same numbers.
+      // The next server may have different runs with the same numbers.
       this.recent.clear();
       this.removeStaleLater();
       this.judge.reconnect();
@@ -222,7 +222,7 @@ Evalbus.Viewer = class {
     this.showEmpty();
   }
 
-  // A restarted server sends the runs that it has right after the connection opens. 1 s later, all others are removed.
+  // Right after the connection opens, a restarted server sends the runs that it has. 1 s later, all others are removed.
   removeStaleLater() {
     clearTimeout(this.staleTimer);
     this.staleTimer = setTimeout(() => {

@@ -1106,7 +1106,7 @@ TEST_F(CauseFinderTest, ASuccessHasItsNumbers) {
                             .cause;
   EXPECT_EQ(cause.kind, "success");
   EXPECT_EQ(cause.text, "Success at 1.00 s: height of kitchen pot 1.099 m.");
-  // A duration states nothing without its condition.
+  // A duration is stated together with its condition.
   condition_t lasts{};
   lasts.predicate = "lasts";
   lasts.has_value = true;

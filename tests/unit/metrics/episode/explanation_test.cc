@@ -1,5 +1,5 @@
-// Tests how and why an episode ended. Each failure reason has a smallest episode. The wording and the numbers
-// of the explanation are also checked.
+// Tests how and why an episode ended, with a minimal episode for each failure reason, and the wording and the
+// numbers of the explanation.
 #include "metrics/episode/explanation.h"
 
 #include <gtest/gtest.h>
@@ -172,7 +172,7 @@ TEST_F(ExplanationTest, AnglesHaveHundredthsBelowADegreeAndTenthsAbove) {
   }
 }
 
-// A threshold must not be rounded to another value when it is shown.
+// A threshold must not be rounded to a different value when it is shown.
 TEST_F(ExplanationTest, ANumberNearItsLimitHasEnoughDigitsForTheComparison) {
   for (const auto& [limit, height, text] : {std::tuple("1.096", 1.0961, "1.096 m >= 1.096"),
                                             {"1.096", 1.1034, "1.103 m >= 1.096"},

@@ -157,7 +157,7 @@ TEST(Coverage, RatesWhereStartsComeAgain) {
   }
 }
 
-// Two such policies with equal success rates are compared.
+// Compares two policies with equal success rates that start from only a few initial states.
 TEST(ErrorRate, OfPairsWhereStartsComeAgain) {
   for (const int starts : {2, 4, 20}) {
     Engine random(9);

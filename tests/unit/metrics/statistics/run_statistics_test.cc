@@ -292,11 +292,11 @@ TEST(RunStatistics, NoteManyClippedValues) {
     return StatisticsOf({failure, Episode(true, true, metrics)}).Summary(false).ActionsText();
   };
   const std::string clipped =
-      "40 commanded values per second were clipped to their limits: another unit or scale?";
+      "40 commanded values per second were clipped to their limits: is the unit or scale wrong?";
   EXPECT_EQ(text(4, 4), "");
   EXPECT_EQ(text(200, 4), clipped);
   EXPECT_EQ(text(200, 5),
-            clipped + "; 1 commanded wrist poses per second were out of reach: another frame or unit?");
+            clipped + "; 1 commanded wrist poses per second were out of reach: is the frame or unit wrong?");
 }
 
 TEST(RunStatistics, CountSuccessesThatDidNotReachEveryStage) {

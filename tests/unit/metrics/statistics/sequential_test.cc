@@ -95,7 +95,7 @@ Simulated Simulate(const Rates& rates, int step, int most, double alpha, bool on
 TEST(SequentialMcNemar, TestingAfterEveryPairKeepsTheErrorRate) {
   for (const double rate : {0.1, 0.5, 0.9}) {
     for (const bool on_progress : {false, true}) {
-      // Progress is a fair coin at every rate, so one rate is enough.
+      // Which policy is ahead is a fair coin toss at every rate, so one rate is enough.
       if (on_progress && rate != 0.5) continue;
       const Simulated equal = Simulate({rate, rate}, 1, 200, 0.05, on_progress);
       std::printf("equal policies, rate %.1f, %s: %.2f %% decided\n", rate,
@@ -114,7 +114,7 @@ TEST(SequentialMcNemar, StopsEarlyWhereItIsClear) {
   EXPECT_LT(looks.mean_pairs, 50);
 }
 
-// The policies have equal success, but one gets further or is faster in 80 % of the pairs.
+// The policies have equal success, but one makes more progress or is faster in 80 % of the pairs.
 TEST(SequentialMcNemar, ProgressDecidesWhereSuccessCannot) {
   const Rates rates{0.7, 0.7, 0.8};
   EXPECT_LT(Simulate(rates, 1, 200, 0.05, false).decided, 0.05);

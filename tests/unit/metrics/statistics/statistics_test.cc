@@ -450,7 +450,7 @@ TEST(Bootstrap, FollowsShiftScaleAndMirror) {
   const Interval interval = IntervalOfMean(x);
   ExpectInterval(IntervalOfMean(moved), 3 * interval.lower + 2, 3 * interval.upper + 2, 1e-9);
   ExpectInterval(IntervalOfMean(mirrored), -interval.upper, -interval.lower, 1e-9);
-  // The values are right-skewed, so BCa extends further up than down.
+  // The values are right-skewed, so BCa extends farther up than down.
   EXPECT_GT(interval.upper - Mean(x), 1.15 * (Mean(x) - interval.lower));
 }
 

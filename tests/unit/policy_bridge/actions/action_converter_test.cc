@@ -666,7 +666,7 @@ std::vector<double> WanderingRow(int step) {
 TEST(ActionConverter, TwoOfThemPublishTheSameBits) {
   const ActionSpace space = EefSpace(ActionKind::kEefPose);
   Play a(space), b(space);
-  // The second converter has run another episode before.
+  // The second converter has already run a different episode.
   b.Step({0.4, 0.5, 1, 1, 0, 0, 0});
   b.converter.Begin();
   for (int i = 0; i < 200; ++i) {

@@ -35,7 +35,7 @@ TEST(Menagerie, TwoPandasLiftThePot) {
 // An arm of Menagerie without a hand, to which the Panda's hand is attached.
 struct Bare {
   std::string file;
-  // Names of the joints and, if they have other names, of the actuators.
+  // Names of the joints and, if they differ, of the actuators.
   std::string joints, actuators;
   std::string home, site, body;
 };

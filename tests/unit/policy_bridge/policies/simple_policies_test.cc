@@ -23,8 +23,8 @@ state_t StateAfter(int64_t time_us) {
 }
 
 TEST(Random, NumbersArePinned) {
-  // These values are the same on every platform. If they changed, the seeds of recorded runs would give other
-  // episodes.
+  // These values are the same on every platform. If they changed, the seeds of recorded runs would give
+  // different episodes.
   Random random(42, 7);
   const double first = random.Uniform(0, 1), second = random.Uniform(-2, 2);
   EXPECT_NEAR(first, 0.016286973765900159, 1e-15);

@@ -23,7 +23,7 @@ TEST(ObservationBuilder, HistoryCountsTicks) {
   const PolicyScene& scene = GetPolicyScene();
   const Contract contract = ParseContract(kContract, "mine.yaml");
   ObservationBuilder builder(contract, scene.model(), scene.info());
-  // Returns the ticks in the history of the observation of this tick.
+  // Adds the state of `tick`, builds the observation, and returns the ticks in the observation's history.
   const auto add = [&](int64_t tick) {
     state_t state{};
     state.header.tick = tick;

@@ -176,7 +176,7 @@ TEST(MsgpackCodec, RefusesArraysThatDoNotFit) {
             "array <f4 [2] has 12 bytes of data, which do not fit its type and shape");
   EXPECT_EQ(Refusal(ArrayMap(Bytes(4), "<f4", List{-1})),
             "array <f4 [-1] has 4 bytes of data, which do not fit its type and shape");
-  // The product of the extents is 1 modulo 2^64.
+  // Modulo 2^64, the product of the extents is 1, which would match the 4 bytes of data.
   EXPECT_THAT(Refusal(ArrayMap(Bytes(4), "<f4", List{274177, int64_t{67280421310721}})),
               HasSubstr("4 bytes"));
   EXPECT_THAT(Refusal(ArrayMap(Bytes(), "<f4", List{(int64_t{1} << 31) + 1, 0})), HasSubstr("0 bytes"));

@@ -91,7 +91,7 @@ TEST(Npy, RefusesWhatItCannotRead) {
   EXPECT_THAT(of_shape("(1073741824, 1073741824, 16)", 0),
               FailsAs(Kind::kProtocol, "has 0 bytes of data"));  // needs 4 * 2^64 bytes
   EXPECT_THAT(of_shape("(99999999999999999999,)", 4), FailsAs(Kind::kProtocol, "header"));
-  // These headers are invalid or have another notation.
+  // These headers are invalid or use a different notation.
   for (const char* header : {"", "{", "{}", "{'descr': '<f4', 'fortran_order': False}",
                              "{'descr': '<f4', 'fortran_order': 0, 'shape': ()}",
                              "{'descr': '<f4' 'fortran_order': False, 'shape': ()}",

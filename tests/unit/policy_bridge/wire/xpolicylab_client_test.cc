@@ -76,7 +76,7 @@ TEST(XPolicyLabClient, HoldsTrials) {
   }
   EXPECT_EQ(ids.size(), messages.size());
   EXPECT_EQ(evaluations.size(), 1u);
-  EXPECT_EQ(trials.size(), 4u);  // three trials and messages without one
+  EXPECT_EQ(trials.size(), 4u);  // three trials, and messages without a trial
   EXPECT_EQ(*messages[0].Find("payload"), Value(Map{}));
   EXPECT_EQ(*messages[0].Find("action_case_id"), Value());
   EXPECT_EQ(*messages[1].Find("payload"), Value(Map{{"action_case_id", "lift"}, {"instruction", "lift"}}));

@@ -21,8 +21,8 @@ namespace evalbus::viz::renderer_test {
 
 constexpr FrameSize kGoldenSize{320, 240};
 
-// Another Mesa version, or a processor with other vector instructions, may round differently and draw an edge
-// one sample further. Most pixels differ by at most this much, and only few by more.
+// Another Mesa version, or a processor with different vector instructions, may round differently and draw an
+// edge one sample farther. Most pixels differ by at most this much, and only few by more.
 constexpr int kGoldenTolerance = 6;
 constexpr double kConforming = 0.995;
 

@@ -275,7 +275,7 @@ TEST_F(VideoTest, LogWithoutEndIsRecordedAsFarAsItGoes) {
   EXPECT_EQ(Decode(MakeVideo(log, {"front"}, kVideoSize, log.parent_path())[0]).size(), 31u);
 }
 
-// The log is like one that lcm-logger writes during a run.
+// Like a log that lcm-logger writes during a run, this log contains several episodes.
 TEST_F(VideoTest, EveryEpisodeOfALogHasAVideo) {
   const fs::path one = WriteRun(folder_.path(), visual(), 20000, States(51, 1000));
   fs::create_directory(folder_.path() / "all");
@@ -309,7 +309,7 @@ TEST_F(VideoTest, EveryEpisodeOfALogHasAVideo) {
   EXPECT_EQ(Decode(videos[2]).size(), 7u + kVideoHold);
   EXPECT_TRUE(std::ranges::is_sorted(progress));
   EXPECT_EQ(progress.back(), 1);
-  // Counts 31 frames and the held one.
+  // The first video has 31 frames and the held one.
   EXPECT_NEAR(progress[31], 1. / 3, 1e-9) << "the end of the first";
 
   for (const fs::path& video : videos) fs::remove(video);

@@ -123,7 +123,7 @@ TEST_F(Server, ElsewhereATokenIsNeeded) {
   WebClient with(port_, Origin(), "/" + token + "/live");
   EXPECT_EQ(with.Read(), "the run");
   EXPECT_EQ(WebClient(port_, "http://evil.example", "/" + token + "/live").status(), 403);
-  // Each server has another token.
+  // Each server has its own token.
   EXPECT_NE(WebServer({"0.0.0.0", 0}, broadcaster_).token(), token);
 }
 

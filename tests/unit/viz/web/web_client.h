@@ -91,7 +91,8 @@ inline std::string BodyOf(const std::string& answer) { return answer.substr(answ
 // A WebSocket client in place of a page. Each call takes at most kDeadline.
 class WebClient {
  public:
-  // small_window: the kernel buffers little, as for a client that does not read.
+  // small_window: requests a small receive buffer, so that the server's sends block soon if the client does
+  // not read.
   explicit WebClient(uint16_t port, const std::string& origin = "", const std::string& target = "/live",
                      bool small_window = false) {
     namespace beast = boost::beast;

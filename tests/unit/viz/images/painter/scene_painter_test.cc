@@ -243,7 +243,7 @@ INSTANTIATE_TEST_SUITE_P(
                                  <geom type="box" size=".2 .2 .2" pos="0 0 .4"/>)"}),
     [](const auto& shape) { return shape.param.name; });
 
-// A ball flies, and a camera next to it moves along.
+// A flying ball, and a camera that moves along with it.
 constexpr char kFlyingBall[] = R"(<body name="ball" pos="0 0 .5"><freejoint/>
     <camera name="rider" pos="0 -.8 .3" xyaxes="1 0 0 0 .3 1" fovy="60"/>
     <geom type="sphere" size=".15" rgba=".9 .2 .1 1"/></body>)";
@@ -257,8 +257,8 @@ TEST(ScenePainter, WhatMovesTakesItsShadowAlong) {
     stage.Move();
     for (int camera = 0; camera < 3; ++camera) {
       SCOPED_TRACE(fmt::format("ball at {}, camera {}", x, camera));
-      // Our image is drawn first. MuJoCo's shadow map of this state would hide the fault that ours belongs to
-      // the previous state.
+      // Our image is drawn first. Otherwise, MuJoCo's shadow map of this state would hide the fault that our
+      // map still belongs to the previous state.
       const Image ours = stage.Ours(camera);
       ExpectSame(ours, stage.Mujocos(camera));
     }
