@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "lcmtypes/clock.h"
@@ -30,6 +31,8 @@ constexpr double kPressed = 0.5, kTouched = 1;
 // last kLastShare and was slow or not at rest for the last kStill, the time ran out. If an object slides out
 // of a hand after the robot has been at rest for kStill, the cause is the stall.
 constexpr double kLastShare = 0.2, kStill = 2, kPatience = 1.5;
+// An open gripper that came to an object this long (s) before the robot stopped did not close.
+constexpr double kWaited = 1;
 // A robot is slow if no joint ever moves faster than this, rad/s.
 constexpr double kSlow = 0.25;
 
@@ -167,7 +170,8 @@ void CauseFinder::Add(const CauseSample& sample, std::span<const uint8_t> stage_
   closings_.Add(sample);
   held_.assign(held_.size(), 0);
   for (const CauseHold& hold : holds_.holds()) {
-    if (!hold.is_over) held_[hold.object * config_.arms.size() + config_.gripper_arm[hold.gripper]] = 1;
+    if (!hold.is_over && !IsPush(hold))
+      held_[hold.object * config_.arms.size() + config_.gripper_arm[hold.gripper]] = 1;
   }
   for (size_t arm = 0; arm < arm_rest_.size(); ++arm)
     resting_[arm] = sample.tick - arm_rest_[arm].since() >= Ticks(Rest::kCommandLag);
@@ -216,6 +220,13 @@ bool CauseFinder::IsGrasp(const CauseHold& hold) const {
   if (Length(hold) < Ticks(kShortestHold)) return false;
   // A finger that touches the object from outside, while the gripper opens or closes, does not hold it.
   return hold.pinched_ticks >= Ticks(kShortestHold) || (hold.is_wide && !hold.closing && !hold.opened);
+}
+
+// Returns whether a closed gripper touched an object that had been put down before.
+bool CauseFinder::IsPush(const CauseHold& hold) const {
+  return !hold.was_wide && std::ranges::any_of(holds_.holds(), [&](const CauseHold& other) {
+    return other.object == hold.object && other.last_tick < hold.first_tick && other.opened;
+  });
 }
 
 // Returns whether the gripper held the object after the tick. gripper: -1 for any.
@@ -317,7 +328,11 @@ void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMo
     if (IsMadeGood(hold) || IsPullBeforeLift(hold) || IsReleaseAsRequired(hold)) continue;
     if (StageAbout(object, hold.last_tick + Ticks(kSameTime))) continue;
     if (!hold.opened && hold.last_tick - hold.rest_since >= Ticks(kStill)) {
-      moments->push_back({.kind = cause_kind::kStall, .tick = hold.rest_since});
+      moments->push_back({.kind = cause_kind::kStall,
+                          .tick = hold.rest_since,
+                          .gripper = hold.gripper,
+                          .object = hold.object,
+                          .lost_tick = hold.last_tick});
       continue;
     }
     moments->push_back({.kind = cause_kind::kLostObject,
@@ -415,9 +430,14 @@ void CauseFinder::AddFalls(const std::vector<Unmet>& unmet, std::vector<CauseMom
   for (const CauseHold& hold : holds_.holds()) {
     const auto object = static_cast<size_t>(hold.object);
     if (!hold.is_over || hold.was_wide || !HasFallen(hold) || !IsAboutAny(unmet, object)) continue;
-    const bool is_last = std::ranges::none_of(holds_.holds(), [&](const CauseHold& other) {
-      return other.object == hold.object && other.last_tick > hold.last_tick;
-    });
+    const bool is_last =
+        std::ranges::none_of(holds_.holds(),
+                             [&](const CauseHold& other) {
+                               return other.object == hold.object && other.last_tick > hold.last_tick;
+                             }) &&
+        std::ranges::none_of(collisions_.touches(), [&](const ArmTouch& touch) {
+          return touch.pair.entity == config_.object_entity[object] && touch.first_tick > hold.last_tick;
+        });
     if (!is_last) continue;
     moments->push_back({.kind = cause_kind::kCollision,
                         .tick = hold.last_tick,
@@ -439,7 +459,7 @@ bool CauseFinder::IsRecent(const CauseHold& hold, const ArmTouch& touch) const {
 // Returns whether a gripper of this arm held the object when this contact began, or shortly before.
 bool CauseFinder::WasJustHeld(const ArmTouch& touch) const {
   return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
-    return IsRecent(hold, touch) && hold.first_tick <= touch.first_tick;
+    return IsRecent(hold, touch) && hold.first_tick <= touch.first_tick && !IsPush(hold);
   });
 }
 
@@ -467,7 +487,11 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
                                 std::vector<CauseMoment>* moments) const {
   for (const ArmTouch& touch : collisions_.touches()) {
     const int object = collisions_.ObjectOf(touch.pair.entity);
-    const int64_t later = touch.first_tick + Ticks(kSameTime);
+    const bool is_with_arm =
+        std::ranges::find(config_.arm_entity, touch.pair.entity) != config_.arm_entity.end();
+    // Fingers may touch an object, and so reach a stage, while the arms press against each other.
+    const bool is_jam = is_with_arm && touch.pressed_ticks >= Ticks(kPressed);
+    const int64_t later = (is_jam ? touch.last_tick : touch.first_tick) + Ticks(kSameTime);
     const int64_t remaining = last_tick - touch.first_tick;
     const bool is_stuck = 2 * touch.pressed_ticks >= remaining && remaining >= Ticks(kStill);
     // An arm at rest may be in the way of an object that another arm pushes.
@@ -482,8 +506,6 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
       continue;
     if (!is_displaced && (WasJustHeld(touch) || (!is_stuck && IsTouchOfGrasp(touch)))) continue;
     // The arm that moved hit the other one.
-    const bool is_with_arm =
-        std::ranges::find(config_.arm_entity, touch.pair.entity) != config_.arm_entity.end();
     if (is_with_arm && !touch.is_active) continue;
     bool is_collision = touch.pressed_ticks >= Ticks(kPressed);
     if (object < 0 && !collisions_.knows_torque())
@@ -505,18 +527,27 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
   }
 }
 
-// Returns whether the task has a condition that this gripper holds an object, which it does not hold now.
-bool CauseFinder::LacksHold(const std::string& gripper) const {
+// Returns whether the task still needs this gripper: it has a condition that the gripper holds
+// an object, which it does not hold now, or that it touches something, which it does not touch now or about
+// which another condition is not met.
+bool CauseFinder::IsNeeded(const std::string& gripper, const std::vector<Unmet>& unmet) const {
   return std::ranges::any_of(conditions_, [&](const auto& section) {
     return std::ranges::any_of(section, [&](const condition_t& c) {
-      return IsOfHold(c) && !IsNegated(c) && c.other == gripper && !c.holds;
+      if (IsNegated(c)) return false;
+      if (IsOfHold(c)) return c.other == gripper && !c.holds;
+      if (c.kind != condition_t::CONTACT) return false;
+      const bool is_first = c.subject == gripper + "_gripper";
+      if (!is_first && c.other != gripper + "_gripper") return false;
+      const std::string& touched = is_first ? c.other : c.subject;
+      return std::ranges::any_of(
+          unmet, [&](const Unmet& u) { return u.condition == &c || u.condition->subject == touched; });
     });
   });
 }
 
 // Returns the first stop of an arm that should hold an object and stopped for good while another arm
 // continued to move; nullopt if no arm did.
-std::optional<CauseMoment> CauseFinder::IdleArm(int64_t last_tick) const {
+std::optional<CauseMoment> CauseFinder::IdleArm(const std::vector<Unmet>& unmet, int64_t last_tick) const {
   std::optional<CauseMoment> first;
   for (size_t k = 0; k < config_.grippers.size(); ++k) {
     const int arm = config_.gripper_arm[k];
@@ -524,30 +555,38 @@ std::optional<CauseMoment> CauseFinder::IdleArm(int64_t last_tick) const {
     if (!IsSinceLong(since, last_tick)) continue;
     const bool another_moves = std::ranges::any_of(
         arm_rest_, [&](const Rest& other) { return other.since() - since >= Ticks(kStill); });
-    if (!another_moves || !LacksHold(config_.grippers[k]) || (first && first->tick <= since)) continue;
+    if (!another_moves || !IsNeeded(config_.grippers[k], unmet) || (first && first->tick <= since)) continue;
     first = CauseMoment{.kind = cause_kind::kStall, .tick = since, .arm = arm};
   }
   return first;
 }
 
 CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const {
+  // All that is missing was reached before.
+  if (!unmet.empty() &&
+      std::ranges::all_of(unmet, [](const Unmet& u) { return u.condition->has_value && u.best->was_met; }))
+    return {.kind = cause_kind::kMissedCondition, .tick = unmet[0].best->progress_tick, .is_undone = true};
+  const auto idle = IdleArm(unmet, end.last_tick);
+  const auto open = OpenHandAtObject(unmet, end.last_tick);
   int64_t progress = 0;
   for (const int64_t tick : stage_tick_) progress = std::max(progress, tick);
   if (!unmet.empty()) progress = std::max(progress, unmet[0].best->progress_tick);
   const int64_t rest = rest_.since();
   const int64_t last_share = LastShare(end.last_tick);
   if (IsSinceLong(rest, end.last_tick) && rest - progress <= Ticks(kPatience)) {
+    if (idle) return *idle;
+    if (open && rest - open->tick >= Ticks(kWaited)) return *open;
     return {.kind = cause_kind::kStall, .tick = rest};
   }
-  // A slow robot may not have come close enough for its approach to count as progress, and it may wait.
+  // A slow robot may have come too little closer for its approach to count as progress, and it may wait.
   const bool is_slow = rest_.largest_step() <= kSlow * config_.dt;
   const bool has_stopped = !is_slow && end.last_tick - rest >= Ticks(kStill);
   if ((progress == 0 && is_slow && end.last_tick - rest < last_share) ||
       (end.last_tick - progress <= last_share && !has_stopped)) {
     return {.kind = cause_kind::kOutOfTime, .tick = end.last_tick, .made_progress = progress > 0};
   }
-  if (const auto idle = IdleArm(end.last_tick)) return *idle;
-  if (const auto open = OpenHandAtObject(unmet, end.last_tick)) return *open;
+  if (idle) return *idle;
+  if (open) return *open;
   return {.kind = cause_kind::kMissedCondition, .tick = progress};
 }
 
@@ -573,8 +612,9 @@ CauseMoment CauseFinder::FindMoment(const std::vector<Unmet>& unmet, const Cause
                     other.object >= 0 && other.object != moment.object;
            });
   };
-  CauseMoment first = *std::ranges::min_element(
-      moments, {}, [&](const CauseMoment& moment) { return std::pair(is_harmless(moment), moment.tick); });
+  CauseMoment first = *std::ranges::min_element(moments, {}, [&](const CauseMoment& moment) {
+    return std::tuple(is_harmless(moment), moment.tick, moment.lost_tick);
+  });
   if (first.gripper >= 0) {
     first.tried_again = std::ranges::any_of(closings_.closings(), [&](const EmptyClosing& closing) {
       return closing.gripper == first.gripper && closing.tick > first.tick;

@@ -67,6 +67,9 @@ struct CauseMoment {
   bool is_shut = false;     // an arm hit an object that its gripper should hold with the gripper closed
   bool fell = false;        // a closed gripper pushed the object, which fell
   bool made_progress = true;
+  bool is_undone = false;  // the missed condition was met until this tick
+  // After the robot had stopped, the gripper lost the object at this tick; -1: it did not.
+  int64_t lost_tick = -1;
 };
 
 struct FoundCause {
@@ -117,6 +120,7 @@ class CauseFinder {
   bool IsTouchedAtEnd(int object, int gripper) const;
   bool HasFallen(const CauseHold& hold) const;
   bool IsGrasp(const CauseHold& hold) const;
+  bool IsPush(const CauseHold& hold) const;
   bool HeldAfter(int64_t tick, int object, int gripper) const;
   bool AsksForHold(size_t object, const std::string& gripper = {}) const;
   bool AsksForLift(size_t object) const;
@@ -136,8 +140,8 @@ class CauseFinder {
   void AddFalls(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
   void AddCollisions(const std::vector<Unmet>& unmet, int64_t last_tick,
                      std::vector<CauseMoment>* moments) const;
-  bool LacksHold(const std::string& gripper) const;
-  std::optional<CauseMoment> IdleArm(int64_t last_tick) const;
+  bool IsNeeded(const std::string& gripper, const std::vector<Unmet>& unmet) const;
+  std::optional<CauseMoment> IdleArm(const std::vector<Unmet>& unmet, int64_t last_tick) const;
   std::vector<Unmet> FindUnmet() const;
   CauseMoment MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
   CauseMoment FindMoment(const std::vector<Unmet>& unmet, const CauseEnd& end) const;

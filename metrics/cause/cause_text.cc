@@ -68,7 +68,7 @@ std::string Reached(const condition_t& condition, const BestOfCondition& best, b
       return Compared(value, relation, threshold, condition.unit).value;
     };
     const double lost = GapOfNumber(condition) - best.gap;
-    const bool is_undone = best.gap == 0 || (is_missed && lost >= ConditionProgress::kStep * best.first_gap &&
+    const bool is_undone = best.gap == 0 || (is_missed && lost >= 0.1 * best.first_gap &&
                                              lost >= 0.5 * (best.first_gap - best.gap));
     const std::string at_end = is_undone ? " and was " + shown(condition.value_mixed) + " at the end" : "";
     const bool stayed = best.progress_tick == 0 && shown(best.value) == shown(condition.value_mixed);
@@ -125,6 +125,7 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
     return (moment.made_progress ? Capitalized(end_of) : "No progress until " + end_of) + at;
   }
   if (moment.kind == cause_kind::kMissedCondition) {
+    if (moment.is_undone) return "Progress was undone" + at;
     return (moment.tick == 0 ? "No progress" : "Last progress" + at) +
            (end.last_tick - rest_.since() < Ticks(1) ? ", although the robot kept moving" : "");
   }
@@ -160,7 +161,8 @@ std::string CauseFinder::Lack(const CauseMoment& moment) const {
     const BestOfCondition& candidate = progress_.best(index++);
     if (condition.holds) continue;
     const bool is_about = moment.object >= 0 && IsAbout(condition, static_cast<size_t>(moment.object));
-    const bool is_of_gripper = moment.gripper >= 0 && condition.other == config_.grippers[moment.gripper];
+    const bool is_of_gripper =
+        moment.gripper >= 0 && moment.lost_tick < 0 && condition.other == config_.grippers[moment.gripper];
     // How long a condition has been true is less informative than the condition.
     const bool has_number = !std::isnan(candidate.value) && !IsDuration(condition);
     const int score = 8 * is_about + 4 * has_number + 2 * is_of_gripper + !candidate.was_met;
@@ -184,14 +186,17 @@ std::string CauseFinder::Text(const CauseMoment& moment, const CauseEnd& end) co
     text +=
         fmt::format(" ({} of {} stages{})", reached, stage_tick_.size(), moment.tick > 0 ? " by then" : "");
   }
-  if (moment.lost_again > 0) {
+  if (moment.lost_tick >= 0) {
+    text += fmt::format("; {} lost the {} at {:.2f} s", PartOf(config_.grippers[moment.gripper], "gripper"),
+                        Words(config_.objects[moment.object]), Time(moment.lost_tick));
+  } else if (moment.lost_again > 0) {
     text += moment.lost_again == 1 ? " and once more later"
                                    : fmt::format(" and {} more times later", moment.lost_again);
-  } else if (moment.gripper >= 0 && !moment.held_again && !moment.tried_again) {
+  } else if (moment.gripper >= 0 && !moment.put_down && !moment.held_again && !moment.tried_again) {
     text += " and never tried again";
   }
   if (end.by == CauseEnd::By::kTime) {
-    const std::optional<CauseMoment> idle = IdleArm(end.last_tick);
+    const std::optional<CauseMoment> idle = IdleArm(FindUnmet(), end.last_tick);
     if (idle && idle->tick == 0 && moment.tick > 0)
       text += "; " + PartOf(config_.arms[idle->arm], "arm") + " never moved";
   }

@@ -17,7 +17,8 @@ struct BestOfCondition {
   // How far (>= 0, in the condition's unit; m for a hold) the condition was from being met; NaN: no measure.
   double gap = NAN;
   double first_gap = NAN;
-  // The number that the condition compares, when the gap was smallest; NaN if it compares none.
+  // The number that the condition compares, when the gap was smallest, or its extreme value while the gap was
+  // 0; NaN if it compares none.
   double value = NAN;
   // Last tick at which the gap fell by at least kStep of the first gap, or at which the condition held.
   int64_t progress_tick = 0;
@@ -46,6 +47,11 @@ class ConditionProgress {
       track.best.was_met = true;
     }
     const double gap = condition.has_value ? GapOfNumber(condition) : distance;
+    if (gap == 0 && track.best.gap == 0 && condition.has_value) {
+      double& best = track.best.value;
+      best = condition.comparison == ">=" ? std::max(best, condition.value_mixed)
+                                          : std::min(best, condition.value_mixed);
+    }
     if (!std::isfinite(gap) || gap >= track.best.gap) return;
     if (std::isnan(track.best.gap)) track.best.first_gap = track.mark = gap;
     track.best.gap = gap;
