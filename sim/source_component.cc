@@ -657,6 +657,8 @@ void SourceComponent::OnPartial(const partial_metrics_t& partial) {
 void SourceComponent::End(std::string reason, std::string detail, bool lacks_tick) {
   end_ = {};
   end_.header = running_ && running_->state ? running_->state->header : begin_.header;
+  // KeepSuccess() may change the reason.
+  const bool is_end_of_data = reason == end_reason::kEndOfData;
   if (running_) {
     if (running_->success_us) KeepSuccess(&reason, &detail);
     if (const std::string faults = running_->Faults(); !faults.empty()) {
@@ -664,9 +666,8 @@ void SourceComponent::End(std::string reason, std::string detail, bool lacks_tic
     }
     const bool is_broken = running_->after_refused || running_->ticks.is_broken();
     // The header names the last tick of the episode, so metrics counts the missing ticks before it.
-    if (reason == end_reason::kEndOfData)
-      end_.header.tick = std::max(end_.header.tick, running_->ticks.next() - 1);
-    if (lacks_tick || (reason == end_reason::kEndOfData && is_broken)) ++end_.header.tick;
+    if (is_end_of_data) end_.header.tick = std::max(end_.header.tick, running_->ticks.next() - 1);
+    if (lacks_tick || (is_end_of_data && is_broken)) ++end_.header.tick;
     end_.header.sim_time_us = TimeOf(end_.header.tick);
     finished_ = running_->episode;
     running_.reset();
