@@ -249,6 +249,11 @@ void SourceComponent::Meet(const source_announcement_t& announcement) {
   for (int k = 0; k < prepared_.info.num_objects; ++k) {
     if (!prepared_.info.object_is_tracked[k]) untracked.push_back(prepared_.info.object_name[k]);
   }
+  for (const ScenePart& part : prepared_.task.parts) {
+    const bool is_object =
+        std::ranges::find(prepared_.info.object_name, part.name) != prepared_.info.object_name.end();
+    if (!is_object && (part.free || part.placed)) untracked.push_back(part.name);
+  }
   log().Info("source '{}': {} joints at {:g} Hz, velocities {}, contacts {}{}", name, announcement.num_joints,
              1e6 / static_cast<double>(announcement.period_us),
              measured.has_velocity ? "measured" : "by differences",
