@@ -25,6 +25,7 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options)
       options_(options),
       world_(prepared_.scene.physics.get(), prepared_.info, prepared_.robot, prepared_.task,
              prepared_.info.substeps) {
+  CheckSeeds(options.seed_stream, options.seed, options.episodes);
   model_bytes_ = Encode(prepared_.info);
   SetMujocoWarningSink([this](const std::string& warning) { log().Warn("MuJoCo: {}", warning); });
   const SeedSource seeds{options.seed, options.seed_stream, FamilyOf(prepared_.task.name),

@@ -747,6 +747,12 @@ TEST_F(SimComponentTest, RefusesWrongOptions) {
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->control_hz = 1000; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->rtf = 0; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->after_success_s = -1; })), InputError);
+  EXPECT_THROW(MakeSim(with([](SimOptions* o) {
+                 o->seed_stream = kRoboEvalSeeds;
+                 o->seed = -1;
+                 o->episodes = 1;
+               })),
+               InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->task = "lift_pan"; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->task = "lift_pot/sideways"; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->robot = "/no/such/robot.yaml"; })), InputError);
