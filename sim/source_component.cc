@@ -399,7 +399,9 @@ void SourceComponent::OnSample(const source_state_t& message) {
   const int64_t expected = newest_->sample + 1;
   // If the first sample is missing, time 0 of the episode is unknown.
   const bool begins_late = expected == 0 && message.sample > 0;
-  if (message.sample < expected) {
+  if (message.sample < 0) {
+    arrived.fault = fmt::format("expected a sample number of at least 0, got {}", message.sample);
+  } else if (message.sample < expected) {
     arrived.fault = fmt::format("sample {} was received after sample {}: is a second source on this bus?",
                                 message.sample, newest_->sample);
   } else if (message.sample > kMaxTick) {

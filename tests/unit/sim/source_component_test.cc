@@ -676,6 +676,9 @@ TEST_F(SourceComponentTest, TheFirstSampleMustBeRight) {
             "source 'two Frankas', sample 0: -90 rad is beyond the range of left/joint4, -3.072 to -0.070; "
             "are these "
             "degrees?");
+  Start();
+  EXPECT_EQ(Error([&] { Send(Sample(-1)); }),
+            "source 'two Frankas', sample -1: expected a sample number of at least 0, got -1");
 }
 
 TEST_F(SourceComponentTest, StampsAreMicroseconds) {
