@@ -573,6 +573,16 @@ TEST_F(RandomizedTest, MistakesNameTheLine) {
               RandomizeAppearance(drawn.variation("drawn"), 0, &model);
             }),
             "t.yaml:20: part or body 'red' has no geom, so its color has no effect");
+  EXPECT_EQ(ErrorOf([&] {
+              const TaskDescription narrow = TaskWith(
+                  "      - spawn_plane: {objects: [red, blue], origin_m: [0.8, 0, 0.1], "
+                  "half_extents_m: [0.05, 0.05], spacing_m: 0.1}\n");
+              const RobotDescription robot = LoadRobot(narrow.robot_file);
+              const Scene scene = BuildScene(narrow, robot);
+              World world(scene.physics.get(), scene.info, robot, narrow, 10);
+              world.Reset(0, narrow.variation("drawn"));
+            }),
+            "t.yaml:20: spawn_plane: expected at least one grid point per object, got 1 point for 2 objects");
   EXPECT_EQ(ErrorOfList("      - texture: {of: [red], choices: [checker]}\n"),
             "t.yaml:20: key 'choices': expected at least two textures");
   EXPECT_EQ(ErrorOfList("      - texture: {of: [red], choices: [checker, checker]}\n"),
