@@ -190,6 +190,13 @@ arm_info_t FillArm(const TaskDescription& task, const ArmDescription& arm, const
     if (model.actuator_trntype[actuator] != mjTRN_JOINT || model.actuator_trnid[2 * actuator] != joint) {
       fail("actuator '" + arm.actuators[i] + "' does not drive joint '" + arm.joints[i] + "'");
     }
+    const int bias = model.actuator_biastype[actuator];
+    if (bias == mjBIAS_NONE ||
+        (bias == mjBIAS_AFFINE && model.actuator_biasprm[mjNBIAS * actuator + 1] == 0)) {
+      fail("actuator '" + arm.actuators[i] +
+           "' is not a position servo, so it would use positions as torques or speeds; give "
+           "position_gain_Nm_per_rad");
+    }
     const double lower = model.jnt_range[2 * joint], upper = model.jnt_range[2 * joint + 1];
     if (model.jnt_limited[joint] && (arm.home[i] < lower || arm.home[i] > upper)) {
       fail("home position of joint '" + arm.joints[i] + "' is outside its range [" + std::to_string(lower) +
