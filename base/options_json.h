@@ -2,7 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <type_traits>
@@ -17,6 +19,32 @@ inline std::string Plain(const std::filesystem::path& path) { return path.string
 template <class Value>
 const Value& Plain(const Value& value) {
   return value;
+}
+
+// Returns whether the value is a whole number that Number can represent. From 2^32 + 1, the JSON library
+// would get the int 1.
+template <class Number>
+bool IsWhole(const nlohmann::json& value) {
+  if (!value.is_number_integer()) return false;
+  if (!value.is_number_unsigned() && value.get<int64_t>() < 0)
+    return value.get<int64_t>() >= static_cast<int64_t>(std::numeric_limits<Number>::min());
+  return value.get<uint64_t>() <= static_cast<uint64_t>(std::numeric_limits<Number>::max());
+}
+
+// Returns whether the value has the type of an option. The JSON library would convert true and 1.5 to 1.
+template <class Value>
+bool Fits(const nlohmann::json& value) {
+  if constexpr (std::is_same_v<Value, bool>) {
+    return value.is_boolean();
+  } else if constexpr (std::is_integral_v<Value>) {
+    return IsWhole<Value>(value);
+  } else if constexpr (std::is_floating_point_v<Value>) {
+    return value.is_number();
+  } else if constexpr (std::is_same_v<Value, std::vector<int>>) {
+    return std::ranges::all_of(value, [](const auto& item) { return IsWhole<int>(item); });
+  } else {
+    return true;
+  }
 }
 }  // namespace internal
 
@@ -52,18 +80,12 @@ void ReadOptions(const nlohmann::json& json, const std::string& file, Options* o
         for (const std::string& path : found->template get<std::vector<std::string>>())
           value.emplace_back(path);
       } else {
-        // The JSON library would convert true and 1.5 to 1.
-        const bool fits =
-            std::is_same_v<Value, bool>       ? found->is_boolean()
-            : std::is_integral_v<Value>       ? found->is_number_integer()
-            : std::is_floating_point_v<Value> ? found->is_number()
-            : std::is_same_v<Value, std::vector<int>>
-                ? std::ranges::all_of(*found, [](const auto& item) { return item.is_number_integer(); })
-                : true;
-        if (!fits) throw nlohmann::json::type_error::create(302, "", nullptr);
+        if (!internal::Fits<Value>(*found)) throw nlohmann::json::type_error::create(302, "", nullptr);
         value = found->template get<Value>();
       }
     } catch (const nlohmann::json::exception&) {
+      const bool is_too_large =
+          std::is_integral_v<Value> && !std::is_same_v<Value, bool> && found->is_number_integer();
       throw InputError(file + ": " + row.key + ": expected " +
                        (std::is_same_v<Value, bool>                 ? "true or false"
                         : std::is_integral_v<Value>                 ? "a whole number"
@@ -71,6 +93,7 @@ void ReadOptions(const nlohmann::json& json, const std::string& file, Options* o
                         : std::is_convertible_v<Value, std::string> ? "a string"
                         : std::is_same_v<Value, std::vector<int>>   ? "a list of whole numbers"
                                                                     : "a list") +
+                       (is_too_large ? fmt::format(" of at most {} bits", 8 * sizeof(Value)) : "") +
                        ", got " +
                        found->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).substr(0, 40));
     }

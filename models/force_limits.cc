@@ -69,6 +69,10 @@ std::vector<uint8_t> BodiesOf(const ForceLimit& limit, const ModelNames& names) 
           limit.locations[k].ToString(), limit.bodies[k], fmt::join(model.object_name, ", ")));
     }
   }
+  if (std::ranges::none_of(model.geom_body, [&](int body) { return is_concerned[body] != 0; })) {
+    throw InputError(fmt::format("{}: no body of region '{}' has a geom that collides, so nothing touches it",
+                                 limit.locations[0].ToString(), limit.region));
+  }
   return is_concerned;
 }
 

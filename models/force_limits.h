@@ -30,7 +30,8 @@ struct ForceLimit {
 std::vector<ForceLimit> ParseForceLimits(const std::string& text, const std::string& file);
 
 // Returns, for each body of the model, whether the limit concerns it. Throws InputError if a name does not
-// exist, or if a body with a limit of the grip force is not part of a manipulated object.
+// exist, if a body with a limit of the grip force is not part of a manipulated object, or if no body has a
+// geom, because such a limit could never be exceeded.
 std::vector<uint8_t> BodiesOf(const ForceLimit& limit, const ModelNames& names);
 
 }  // namespace evalbus

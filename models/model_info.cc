@@ -17,6 +17,9 @@ namespace {
 
 // Range in each direction that MODEL states for an arm's joint without limits.
 constexpr double kWholeTurn = 2 * std::numbers::pi;  // rad
+// Fraction of a finger joint's range by which an open or closed gripper may be beyond it, because limits are
+// soft.
+constexpr double kBeyondRange = 0.1;
 
 std::string NameOf(const mjModel& model, mjtObj type, int id) {
   const char* name = mj_id2name(&model, type, id);
@@ -187,6 +190,13 @@ arm_info_t FillArm(const TaskDescription& task, const ArmDescription& arm, const
     if (model.actuator_trntype[actuator] != mjTRN_JOINT || model.actuator_trnid[2 * actuator] != joint) {
       fail("actuator '" + arm.actuators[i] + "' does not drive joint '" + arm.joints[i] + "'");
     }
+    const int bias = model.actuator_biastype[actuator];
+    if (bias == mjBIAS_NONE ||
+        (bias == mjBIAS_AFFINE && model.actuator_biasprm[mjNBIAS * actuator + 1] == 0)) {
+      fail("actuator '" + arm.actuators[i] +
+           "' is not a position servo, so it would use positions as torques or speeds; give "
+           "position_gain_Nm_per_rad");
+    }
     const double lower = model.jnt_range[2 * joint], upper = model.jnt_range[2 * joint + 1];
     if (model.jnt_limited[joint] && (arm.home[i] < lower || arm.home[i] > upper)) {
       fail("home position of joint '" + arm.joints[i] + "' is outside its range [" + std::to_string(lower) +
@@ -230,6 +240,18 @@ gripper_info_t FillGripper(const GripperDescription& gripper, int arm, const mjM
     const int joint = mj_name2id(&model, mjOBJ_JOINT, (prefix + name).c_str());
     if (model.jnt_type[joint] != mjJNT_HINGE && model.jnt_type[joint] != mjJNT_SLIDE) {
       fail("joint '" + name + "' is neither a slide nor a hinge joint");
+    }
+    if ((model.jnt_type[joint] == mjJNT_SLIDE) != gripper.is_slide) {
+      fail("joint '" + name + "' is a " +
+           (gripper.is_slide ? "hinge: its positions are in rad" : "slide joint: its positions are in m"));
+    }
+    const double lower = model.jnt_range[2 * joint], upper = model.jnt_range[2 * joint + 1];
+    for (const auto& [key, position] :
+         {std::pair("joint_open", gripper.joint_open), {"joint_closed", gripper.joint_closed}}) {
+      const double beyond = std::max(lower - position, position - upper);
+      if (!model.jnt_limited[joint] || beyond <= kBeyondRange * (upper - lower)) continue;
+      fail(fmt::format("{} of joint '{}' is {:g} {}, expected {:g} to {:g}, its range", key, name, position,
+                       gripper.is_slide ? "m" : "rad", lower, upper));
     }
   }
   return result;

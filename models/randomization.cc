@@ -62,6 +62,7 @@ void ReadSpawnBox(const YamlValue& value, const Context& context) {
 void ReadSpawnPlane(const YamlValue& value, const Context& context) {
   const YamlMap map(value, {"objects", "origin_m", "half_extents_m", "spacing_m"}, {"jitter_m"});
   SpawnPlane spawn;
+  spawn.location = value.location();
   spawn.objects = ReadPartNames(map["objects"], context.parts);
   spawn.origin = map["origin_m"].Vector<3>(kPosition);
   spawn.half_extents = map["half_extents_m"].Vector<2>(kExtent);

@@ -30,6 +30,7 @@ struct SpawnPlane {
   std::array<double, 2> half_extents{};  // m
   double spacing = 0;                    // m
   std::array<double, 3> jitter{};        // m
+  SourceLocation location{};
 };
 
 // Uniform rotation in +-bound about world z, added to the part's base orientation.

@@ -67,10 +67,14 @@ void Change(const RandomMass& mass, Random* random, mjModel* model, Parameters* 
 void Change(const RandomFriction& friction, Random* random, mjModel* model, Parameters* parameters) {
   const double factor = Draw(friction.factor, random);
   const std::vector<bool> bodies = Bodies(*model, friction.of);
+  bool collides = false;
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!bodies[static_cast<size_t>(model->geom_bodyid[geom])]) continue;
+    collides = true;
     for (int i = 0; i < 3; ++i) model->geom_friction[3 * geom + i] *= factor;
   }
+  if (!collides)
+    Refuse("part or body", friction.of[0], "has no geom that collides, so its friction has no effect");
   parameters->push_back({friction.of[0].text + "_friction_factor", factor});
 }
 
@@ -83,12 +87,15 @@ void Change(const RandomColor& color, AppearanceRandom* random, mjModel* model, 
     parameters->push_back({color.of[0].text + kName[i], drawn});
   }
   const std::vector<bool> bodies = Bodies(*model, color.of);
+  bool is_seen = false;
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!bodies[static_cast<size_t>(model->geom_bodyid[geom])]) continue;
+    is_seen = true;
     // The material itself is changed. No other part has it, because materials have the prefix of their part.
     const int material = model->geom_matid[geom];
     std::copy_n(rgb, 3, material >= 0 ? model->mat_rgba + 4 * material : model->geom_rgba + 4 * geom);
   }
+  if (!is_seen) Refuse("part or body", color.of[0], "has no geom, so its color has no effect");
 }
 
 // Shifts a position by up to `most` along each axis.

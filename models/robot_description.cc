@@ -66,6 +66,7 @@ void ReadTravel(const YamlMap& map, GripperDescription* gripper) {
     map.value().Fail(
         "expected either 'joint_open_m' and 'joint_closed_m', or 'joint_open_rad' and 'joint_closed_rad'");
   }
+  gripper->is_slide = is_slide;
   gripper->joint_open = map[open + unit].Number();
   gripper->joint_closed = map[closed + unit].Number();
 }

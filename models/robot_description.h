@@ -71,6 +71,8 @@ struct GripperDescription {
   std::vector<std::string> joints;
   double joint_open = 0;    // m (or rad)
   double joint_closed = 0;  // m (or rad)
+  // True if these positions are in m, of slide joints; false if they are in rad, of hinges.
+  bool is_slide = true;
   // Replacement for the damping of the finger joints. If negative, the file's value is used.
   double joint_damping = -1;
   // Replacement for the actuator's stiffness, N / m or N m / rad; also removes its velocity gain. If 0, the

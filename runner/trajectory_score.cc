@@ -269,6 +269,11 @@ episode_summary_t Kinematics::Score(const std::vector<sim::Sample>& samples, int
       break;
     }
   }
+  // Ticks that are missing after the last scored one count, too.
+  if (end.end_reason == end_reason::kEndOfData && ticks.next() - 1 > header.tick) {
+    header.tick = ticks.next() - 1;
+    header.sim_time_us = TickUs(header.tick, tick_s);
+  }
   end.header = header;
   if (const int gaps = ticks.gaps(); gaps > 0) {
     end.detail = fmt::format("samples are missing in {}", Plural(gaps, "place"));

@@ -25,6 +25,7 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options)
       options_(options),
       world_(prepared_.scene.physics.get(), prepared_.info, prepared_.robot, prepared_.task,
              prepared_.info.substeps) {
+  CheckSeeds(options.seed_stream, options.seed, options.episodes);
   model_bytes_ = Encode(prepared_.info);
   SetMujocoWarningSink([this](const std::string& warning) { log().Warn("MuJoCo: {}", warning); });
   const SeedSource seeds{options.seed, options.seed_stream, FamilyOf(prepared_.task.name),
@@ -115,6 +116,13 @@ void SimComponent::BeginNext() {
   BeginEpisode(command_);
   detector_.Start();
   conflict_.clear();
+  deadline_misses_ = 0;
+  newest_action_ = 0;
+  success_us_.reset();
+  pacer_ = {};
+  published_.clear();
+  action_latency_.Clear();
+  partial_latency_.Clear();
   const Variation& variation = prepared_.task.variation(prepared_.variation);
   std::vector<Parameter> parameters = world_.Reset(command_.seed, variation, options_.seed_stream);
   if (!variation.appearance.empty()) {
@@ -157,12 +165,6 @@ void SimComponent::StartIfReady() {
   PublishReady();
   log().Info("begins, seed {}", begin_.seed);
   state_.header = begin_.header;
-  deadline_misses_ = 0;
-  newest_action_ = 0;
-  success_us_.reset();
-  published_.clear();
-  action_latency_.Clear();
-  partial_latency_.Clear();
   pacer_.Start(steady_clock::now(), static_cast<double>(world_.tick_us()) * 1e-6 / options_.rtf);
   PublishState();
 }

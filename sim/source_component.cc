@@ -249,6 +249,11 @@ void SourceComponent::Meet(const source_announcement_t& announcement) {
   for (int k = 0; k < prepared_.info.num_objects; ++k) {
     if (!prepared_.info.object_is_tracked[k]) untracked.push_back(prepared_.info.object_name[k]);
   }
+  for (const ScenePart& part : prepared_.task.parts) {
+    const bool is_object =
+        std::ranges::find(prepared_.info.object_name, part.name) != prepared_.info.object_name.end();
+    if (!is_object && (part.free || part.placed)) untracked.push_back(part.name);
+  }
   log().Info("source '{}': {} joints at {:g} Hz, velocities {}, contacts {}{}", name, announcement.num_joints,
              1e6 / static_cast<double>(announcement.period_us),
              measured.has_velocity ? "measured" : "by differences",
@@ -394,7 +399,9 @@ void SourceComponent::OnSample(const source_state_t& message) {
   const int64_t expected = newest_->sample + 1;
   // If the first sample is missing, time 0 of the episode is unknown.
   const bool begins_late = expected == 0 && message.sample > 0;
-  if (message.sample < expected) {
+  if (message.sample < 0) {
+    arrived.fault = fmt::format("expected a sample number of at least 0, got {}", message.sample);
+  } else if (message.sample < expected) {
     arrived.fault = fmt::format("sample {} was received after sample {}: is a second source on this bus?",
                                 message.sample, newest_->sample);
   } else if (message.sample > kMaxTick) {
@@ -657,6 +664,8 @@ void SourceComponent::OnPartial(const partial_metrics_t& partial) {
 void SourceComponent::End(std::string reason, std::string detail, bool lacks_tick) {
   end_ = {};
   end_.header = running_ && running_->state ? running_->state->header : begin_.header;
+  // KeepSuccess() may change the reason.
+  const bool is_end_of_data = reason == end_reason::kEndOfData;
   if (running_) {
     if (running_->success_us) KeepSuccess(&reason, &detail);
     if (const std::string faults = running_->Faults(); !faults.empty()) {
@@ -664,9 +673,8 @@ void SourceComponent::End(std::string reason, std::string detail, bool lacks_tic
     }
     const bool is_broken = running_->after_refused || running_->ticks.is_broken();
     // The header names the last tick of the episode, so metrics counts the missing ticks before it.
-    if (reason == end_reason::kEndOfData)
-      end_.header.tick = std::max(end_.header.tick, running_->ticks.next() - 1);
-    if (lacks_tick || (reason == end_reason::kEndOfData && is_broken)) ++end_.header.tick;
+    if (is_end_of_data) end_.header.tick = std::max(end_.header.tick, running_->ticks.next() - 1);
+    if (lacks_tick || (is_end_of_data && is_broken)) ++end_.header.tick;
     end_.header.sim_time_us = TimeOf(end_.header.tick);
     finished_ = running_->episode;
     running_.reset();

@@ -49,9 +49,13 @@ double ReadAngleUnit(const YamlValue& value) {
 
 body_pose_t PoseInFrame(const body_pose_t& its, const Pose& frame) {
   body_pose_t pose{};
-  mju_rotVecQuat(pose.position_m, frame.position.data(), its.quat_wxyz);
+  // The norm may deviate from 1 by up to 1 % (MeasuredScene::SampleFault), but mju_rotVecQuat requires 1.
+  double quat[4];
+  mju_copy4(quat, its.quat_wxyz);
+  mju_normalize4(quat);
+  mju_rotVecQuat(pose.position_m, frame.position.data(), quat);
   mju_addTo3(pose.position_m, its.position_m);
-  mju_mulQuat(pose.quat_wxyz, its.quat_wxyz, frame.quaternion.data());
+  mju_mulQuat(pose.quat_wxyz, quat, frame.quaternion.data());
   return pose;
 }
 

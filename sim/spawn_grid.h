@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/errors.h"
+#include "base/text.h"
 #include "models/randomization.h"
 
 namespace evalbus::sim {
@@ -18,8 +19,9 @@ class SpawnGrid {
         nx_(Count(2 * plane.half_extents[0], plane.spacing)),
         ny_(Count(2 * plane.half_extents[1], plane.spacing)) {
     if (static_cast<size_t>(size()) < plane.objects.size()) {
-      throw InputError("spawn plane: " + std::to_string(size()) + " grid points are too few for " +
-                       std::to_string(plane.objects.size()) + " objects");
+      throw InputError(
+          plane.location.ToString() + ": spawn_plane: expected at least one grid point per object, got " +
+          Plural(size(), "point") + " for " + Plural(static_cast<int64_t>(plane.objects.size()), "object"));
     }
   }
 

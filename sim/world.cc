@@ -59,8 +59,19 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
       arm.qpos.push_back(model->jnt_qposadr[id]);
       arm.dof.push_back(model->jnt_dofadr[id]);
     }
-    for (const std::string& actuator : description.actuators) {
-      arm.actuator.push_back(Id(model, mjOBJ_ACTUATOR, prefix + actuator, "actuator"));
+    for (size_t j = 0; j < description.actuators.size(); ++j) {
+      const std::string name = prefix + description.actuators[j];
+      const int id = arm.actuator.emplace_back(Id(model, mjOBJ_ACTUATOR, name, "actuator"));
+      // Commands beyond the actuator's range are clipped here, because MuJoCo does not report that it clips
+      // them.
+      if (!model->actuator_ctrllimited[id]) continue;
+      const mjtNum* range = model->actuator_ctrlrange + 2 * id;
+      const double lower = std::exchange(arm.lower[j], std::max(arm.lower[j], range[0]));
+      const double upper = std::exchange(arm.upper[j], std::min(arm.upper[j], range[1]));
+      if (arm.lower[j] <= arm.upper[j]) continue;
+      throw InputError(fmt::format(
+          "actuator '{}': its range, {:g} to {:g}, contains no position of its joint, {:g} to {:g} rad", name,
+          range[0], range[1], lower, upper));
     }
     arm.torque_peak.resize(arm.dof.size());
     arm.wrist_site = Id(model, mjOBJ_SITE, prefix + description.wrist_site, "site");

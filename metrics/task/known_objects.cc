@@ -4,16 +4,27 @@
 
 namespace evalbus::metrics {
 
-KnownObjects::KnownObjects(const model_info_t& model) {
+KnownObjects::KnownObjects(const model_info_t& model, const TaskDescription& task) {
   for (int object = 0; object < model.num_objects; ++object) {
-    if (model.object_is_tracked[object]) continue;
-    unknown_.push_back(model.object_name[object]);
-    unknown_geoms_.resize(model.num_geoms);
-    for (int geom = 0; geom < model.num_geoms; ++geom) {
-      if (model.body_entity[model.geom_body[geom]] != model.object_entity[object]) continue;
-      unknown_geoms_[geom] = 1;
-      lacks_forbidden_contact_geoms_ |= std::ranges::count(model.forbidden_contact_geom, geom) > 0;
-    }
+    if (!model.object_is_tracked[object]) AddUnknown(model.object_name[object], model);
+  }
+  all_objects_ = unknown_.empty();
+  if (model.has_physics) return;
+  for (const ScenePart& part : task.parts) {
+    const bool is_object = std::ranges::find(model.object_name, part.name) != model.object_name.end();
+    if (!is_object && (part.free || part.placed)) AddUnknown(part.name, model);
+  }
+}
+
+void KnownObjects::AddUnknown(const std::string& name, const model_info_t& model) {
+  unknown_.push_back(name);
+  unknown_geoms_.resize(model.num_geoms);
+  for (int geom = 0; geom < model.num_geoms; ++geom) {
+    const int entity = model.body_entity[model.geom_body[geom]];
+    if (model.entity_name[entity] != name) continue;
+    unknown_geoms_[geom] = 1;
+    lacks_forbidden_contact_geoms_ |= model.entity_kind[entity] == model_info_t::FIXTURE ||
+                                      std::ranges::count(model.forbidden_contact_geom, geom) > 0;
   }
 }
 

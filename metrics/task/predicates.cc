@@ -27,6 +27,15 @@ condition_t About(const char* predicate, int8_t kind, const std::string& subject
   return condition;
 }
 
+// Returns the geoms with the argument's name. Throws InputError if there are none, because a contact with
+// them would never exist.
+std::vector<uint8_t> GeomsOf(const YamlValue& argument, const CompileContext& context) {
+  std::vector<uint8_t> geoms = context.names.Geoms(argument.Text(), argument.location());
+  if (std::ranges::find(geoms, uint8_t{1}) == geoms.end())
+    argument.Fail("'" + argument.Text() + "' has no geom that collides, so it never touches anything");
+  return geoms;
+}
+
 // A pad of the gripper touches the object. `any` stands for any gripper. `first` stands for the gripper that
 // first held the object in this episode; if two began at the same tick, the first of them in the model.
 // `other` stands for any gripper except `first`, once the object has been held.
@@ -36,7 +45,7 @@ class Holding : public Relation {
     const YamlMap arguments = ArgumentsOf(expression, {"gripper", "object"});
     const std::string gripper = arguments["gripper"].Text(), object = arguments["object"].Text();
     const SourceLocation where = arguments["gripper"].location();
-    object_ = context.names.Geoms(object, arguments["object"].location());
+    object_ = GeomsOf(arguments["object"], context);
     const int num_grippers = context.names.model().num_grippers;
     if (gripper == "any" || gripper == "first" || gripper == "other") {
       which_ = gripper == "any" ? Which::kNamed : gripper == "first" ? Which::kFirst : Which::kOther;
@@ -87,8 +96,8 @@ class RelationOfBodies : public Relation {
   RelationOfBodies(const Expression& expression, const CompileContext& context, const char* subject,
                    const char* other, const char* is, const char* is_not) {
     const YamlMap arguments = ArgumentsOf(expression, {subject, other});
-    subject_ = context.names.Geoms(arguments[subject].Text(), arguments[subject].location());
-    other_ = context.names.Geoms(arguments[other].Text(), arguments[other].location());
+    subject_ = GeomsOf(arguments[subject], context);
+    other_ = GeomsOf(arguments[other], context);
     if (subject_ == other_)
       arguments[other].Fail("expected something other than '" + std::string(subject) + "'");
     condition_ = About(expression.name.c_str(), condition_t::CONTACT, arguments[subject].Text(),
@@ -251,12 +260,20 @@ class TiltBelow : public Within {
 // Every operand is evaluated at every tick, because a latched operand must not miss any.
 class Combination : public Predicate {
  public:
+  // arguments: keys of the form with `when`, which is required if an expression has arguments.
   Combination(const Expression& expression, const CompileContext& context,
-              const std::string& example = "[{touching: {a: pot, b: world}}]") {
+              const std::string& example = "[{touching: {a: pot, b: world}}]",
+              const std::vector<const char*>& arguments = {"when"}) {
     if (expression.operands.empty()) {
       throw InputError(expression.location().ToString() + ": '" + expression.name +
                        "' requires predicates, as in " + expression.name + ": " + example);
     }
+    const YamlValue& value = expression.arguments;
+    const bool has_when = value.is_map() && std::ranges::any_of(value.Entries(), [](const YamlValue& entry) {
+                            return entry.key() == "when";
+                          });
+    // Throws InputError for a key that would otherwise have no effect.
+    if (has_when) YamlMap(value, arguments);
     for (const Expression& operand : expression.operands)
       operands_.push_back(CompilePredicate(operand, context));
     was_true_.resize(operands_.size());
@@ -415,7 +432,8 @@ class Latched : public Combination {
 class Lasts : public Combination {
  public:
   Lasts(const Expression& expression, const CompileContext& context)
-      : Combination(expression, context, "{min_s: 1, when: {touching: {a: pot, b: world}}}") {
+      : Combination(expression, context, "{min_s: 1, when: {touching: {a: pot, b: world}}}",
+                    {"min_s", "when"}) {
     NeedOne(expression);
     const YamlMap arguments(expression.arguments, {"min_s", "when"});
     min_us_ = std::llround(arguments["min_s"].Number({.min = 0, .max = context.task.time_limit}) * 1e6);

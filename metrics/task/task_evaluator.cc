@@ -36,7 +36,7 @@ condition_t OutOfBounds(const state_t& state, const std::string& name, int body)
 
 TaskEvaluator::TaskEvaluator(const TaskDescription& task, const ModelNames& names)
     : names_(names),
-      objects_(names.model()),
+      objects_(names.model(), task),
       knows_success_(objects_.Knows(task.success, task)),
       knows_failure_(objects_.Knows(task.failure, task)),
       stage_reached_(task.stages.size()),

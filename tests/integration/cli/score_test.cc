@@ -177,6 +177,31 @@ TEST_F(Score, AByteOrderMarkIsSkipped) {
   ExpectSameScores(scored, marked);
 }
 
+// The last sample follows after a gap and lies between two ticks, so no tick after the gap is scored.
+TEST_F(Score, TicksThatAreMissingAtTheEndCount) {
+  std::string names = "t", columns, positions;
+  for (const std::string arm : {"left", "right"}) {
+    for (int j = 1; j <= 7; ++j) {
+      const std::string joint = arm + "/joint" + std::to_string(j);
+      names += "," + joint;
+      columns += (columns.empty() ? "" : ", ") + joint + ": " + joint;
+      positions += j == 4 ? ",-1.5" : j == 6 ? ",1.5" : ",0";
+    }
+  }
+  std::string table = names + "\n";
+  for (const char* time : {"0", "0.02", "0.04", "0.205"}) table += time + positions + "\n";
+  WriteText(table_, table);
+  WriteText(map_, "task: lift_pot\ntime: {column: t, unit: s}\njoints: {unit: rad, columns: {" + columns +
+                      "}}\ngrippers: {left: open, right: open}\n");
+  const fs::path scored = folder_.path() / "scored";
+  const Result result = RunProgram({"evalbus", "score", map_, table_, "--out", scored});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto episode = nlohmann::json::parse(ReadText(scored / "episodes.jsonl"));
+  EXPECT_EQ(episode["complete"], false);
+  EXPECT_EQ(episode["extended"]["missing_ticks"], 8);  // ticks 3 to 10, at 0.06 to 0.2 s
+  EXPECT_EQ(episode["end_detail"], "samples are missing in 1 place");
+}
+
 // A run and a score have the same entries for software and models in run.json.
 TEST_F(Score, ListsTheSoftwareItWasMadeWith) {
   const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored";

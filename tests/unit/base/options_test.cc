@@ -127,6 +127,14 @@ TEST(Options, WrongJsonIsNamedWithFileAndKey) {
   };
   EXPECT_EQ(read("count", nullptr), "run.json: count: required key is missing");
   EXPECT_EQ(read("count", 1.5), "run.json: count: expected a whole number, got 1.5");
+  EXPECT_EQ(read("count", 4294967297),
+            "run.json: count: expected a whole number of at most 32 bits, got 4294967297");
+  EXPECT_EQ(read("count", -2147483649),
+            "run.json: count: expected a whole number of at most 32 bits, got -2147483649");
+  EXPECT_EQ(read("seed", 9223372036854775808u),
+            "run.json: seed: expected a whole number of at most 64 bits, got 9223372036854775808");
+  EXPECT_EQ(read("seed", INT64_MIN), "");
+  EXPECT_EQ(read("only", {4294967297}), "run.json: only: expected a list of whole numbers, got [4294967297]");
   EXPECT_EQ(read("count", true), "run.json: count: expected a whole number, got true");
   EXPECT_EQ(read("rate_hz", "fast"), "run.json: rate_hz: expected a number, got \"fast\"");
   EXPECT_EQ(read("fast", 1), "run.json: fast: expected true or false, got 1");

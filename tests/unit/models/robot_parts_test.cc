@@ -71,6 +71,18 @@ struct RobotFiles {
   std::filesystem::path file;
 };
 
+TEST(RobotParts, ArmsNeedPositionServos) {
+  RobotFiles files;
+  files.folder.Write("arm.xml", ReplaceFirst(ReplaceFirst(kArm, "DAMPING", "0"),
+                                             R"(<position name="servo" joint="j" kp="10" kv="KV"/>)",
+                                             R"(<motor name="servo" joint="j"/>)"));
+  const std::string error = ErrorOf([&] { files.Build(); });
+  EXPECT_TRUE(
+      error.ends_with("arm 'left': actuator 'servo' is not a position servo, so it would use positions as "
+                      "torques or speeds; give position_gain_Nm_per_rad"))
+      << error;
+}
+
 TEST(RobotParts, StandCameraExcludeAndGripperGain) {
   const Scene scene = RobotFiles().Build();
   const mjModel* model = scene.physics.get();

@@ -298,6 +298,23 @@ TEST(Scene, MistakesNameTheLine) {
   }
   {
     SceneFiles files;
+    files.Change("newer_robot.yaml", "joint_open_m: 0.04", "joint_open_m: 40");
+    EXPECT_EQ(
+        files.Error(),
+        "newer_robot.yaml:14: gripper of arm 'left': joint_open of joint 'slide1' is 40 m, expected 0 to "
+        "0.04, its range");
+  }
+  {
+    SceneFiles files;
+    files.Change("newer_robot.yaml", "joint_open_m: 0.04", "joint_open_rad: 0.04");
+    files.Change("newer_robot.yaml", "joint_closed_m", "joint_closed_rad");
+    EXPECT_EQ(
+        files.Error(),
+        "newer_robot.yaml:14: gripper of arm 'left': joint 'slide1' is a slide joint: its positions are "
+        "in m");
+  }
+  {
+    SceneFiles files;
     files.folder.Write("thing.xml", "<mujoco>\n<worldbody><geom/></worldbody></mujoco>");
     EXPECT_EQ(files.Error(), "thing.xml:2: MuJoCo: sizes must be positive");
   }

@@ -521,6 +521,18 @@ TEST_F(SimComponentTest, RealtimeReportsHowLateTicksWere) {
   EXPECT_EQ(ends_[0].partial_latency.count, 1);
   EXPECT_GT(ends_[0].partial_latency.max_s, 0);
   EXPECT_EQ(ends_[0].action_latency.count, 0);
+
+  // The next episode is aborted before its first tick, so it has no times.
+  Command(1);
+  model_info_t other = model_;
+  other.run_id = "another";
+  bus_->Publish(channels::kModel, other);
+  HandleAll();
+  ASSERT_EQ(ends_.size(), 2u);
+  EXPECT_EQ(ends_[1].end_reason, "aborted");
+  EXPECT_EQ(ends_[1].late_ticks, 0);
+  EXPECT_EQ(ends_[1].pacing_error.count, 0);
+  EXPECT_EQ(ends_[1].partial_latency.count, 0);
 }
 
 TEST_F(SimComponentTest, APolicyThatReportsAnErrorEndsTheEpisode) {
@@ -747,6 +759,12 @@ TEST_F(SimComponentTest, RefusesWrongOptions) {
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->control_hz = 1000; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->rtf = 0; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->after_success_s = -1; })), InputError);
+  EXPECT_THROW(MakeSim(with([](SimOptions* o) {
+                 o->seed_stream = kRoboEvalSeeds;
+                 o->seed = -1;
+                 o->episodes = 1;
+               })),
+               InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->task = "lift_pan"; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->task = "lift_pot/sideways"; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->robot = "/no/such/robot.yaml"; })), InputError);

@@ -481,6 +481,24 @@ TEST_F(SourceComponentTest, ARefusedLastSampleDoesToo) {
   EXPECT_EQ(Ticks(), std::vector<int64_t>{0});
 }
 
+TEST_F(SourceComponentTest, ARefusedLastSampleAfterTheSuccessDoesToo) {
+  options_.after_success_s = 1;
+  Start();
+  Send(Sample(0));
+  Send(Sample(1));
+  Score(0);
+  Score(1, partial_metrics_t::SUCCESS);
+  ASSERT_TRUE(ends_.empty());
+  source_state_t last = Sample(2);
+  last.joint_position_mixed[0] = std::nan("");
+  last.is_last = 1;
+  Send(last);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, end_reason::kSuccess);
+  EXPECT_EQ(ends_[0].header.tick, 2);  // which was never published
+  EXPECT_EQ(Ticks(), (std::vector<int64_t>{0, 1}));
+}
+
 // A source sends each sample twice. All ticks after the first are missing, including those at the end.
 TEST_F(SourceComponentTest, TicksThatAreMissingAtTheEndCount) {
   Start();
@@ -658,6 +676,9 @@ TEST_F(SourceComponentTest, TheFirstSampleMustBeRight) {
             "source 'two Frankas', sample 0: -90 rad is beyond the range of left/joint4, -3.072 to -0.070; "
             "are these "
             "degrees?");
+  Start();
+  EXPECT_EQ(Error([&] { Send(Sample(-1)); }),
+            "source 'two Frankas', sample -1: expected a sample number of at least 0, got -1");
 }
 
 TEST_F(SourceComponentTest, StampsAreMicroseconds) {

@@ -56,6 +56,11 @@ TEST(SourceMap, OurFrameIsGivenInTheFrameOfTheSource) {
   EXPECT_NEAR(pose.position_m[1], 2.1, 1e-12);
   EXPECT_NEAR(pose.position_m[2], 3, 1e-12);
   for (int i = 0; i < 4; ++i) EXPECT_NEAR(pose.quat_wxyz[i], 0.5, 1e-12) << i;
+  // A quaternion of the source that is not exactly of norm 1 rotates, but does not scale.
+  const body_pose_t rounded =
+      PoseInFrame({{1, 2, 3}, {1.009 * half, 0, 0, 1.009 * half}}, {{0.1, 0, 0}, {half, half, 0, 0}});
+  EXPECT_NEAR(rounded.position_m[1], 2.1, 1e-12);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(rounded.quat_wxyz[i], 0.5, 1e-12) << i;
 }
 
 TEST(SourceMap, ErrorsAreOneLineWithFileLineAndKey) {

@@ -553,6 +553,36 @@ TEST_F(RandomizedTest, MistakesNameTheLine) {
               RandomizePhysics(heavy.variation("drawn"), 0, still.physics.get());
             }),
             "t.yaml:20: part 'red' is fixed, so its mass has no effect");
+  EXPECT_EQ(ErrorOf([&] {
+              const TaskDescription drawn =
+                  TaskWith("      - friction: {of: [red], min_factor: 1, max_factor: 2}\n");
+              const Scene bare = BuildScene(drawn, LoadRobot(drawn.robot_file));
+              mjModel& model = *bare.physics;
+              const int red = mj_name2id(&model, mjOBJ_BODY, "red");
+              std::replace(model.geom_bodyid, model.geom_bodyid + model.ngeom, red, 0);
+              RandomizePhysics(drawn.variation("drawn"), 0, &model);
+            }),
+            "t.yaml:20: part or body 'red' has no geom that collides, so its friction has no effect");
+  EXPECT_EQ(ErrorOf([&] {
+              const TaskDescription drawn =
+                  TaskWith("      - color: {of: [red], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n");
+              const Scene bare = BuildScene(drawn, LoadRobot(drawn.robot_file));
+              mjModel& model = *bare.visual;
+              const int red = mj_name2id(&model, mjOBJ_BODY, "red");
+              std::replace(model.geom_bodyid, model.geom_bodyid + model.ngeom, red, 0);
+              RandomizeAppearance(drawn.variation("drawn"), 0, &model);
+            }),
+            "t.yaml:20: part or body 'red' has no geom, so its color has no effect");
+  EXPECT_EQ(ErrorOf([&] {
+              const TaskDescription narrow = TaskWith(
+                  "      - spawn_plane: {objects: [red, blue], origin_m: [0.8, 0, 0.1], "
+                  "half_extents_m: [0.05, 0.05], spacing_m: 0.1}\n");
+              const RobotDescription robot = LoadRobot(narrow.robot_file);
+              const Scene scene = BuildScene(narrow, robot);
+              World world(scene.physics.get(), scene.info, robot, narrow, 10);
+              world.Reset(0, narrow.variation("drawn"));
+            }),
+            "t.yaml:20: spawn_plane: expected at least one grid point per object, got 1 point for 2 objects");
   EXPECT_EQ(ErrorOfList("      - texture: {of: [red], choices: [checker]}\n"),
             "t.yaml:20: key 'choices': expected at least two textures");
   EXPECT_EQ(ErrorOfList("      - texture: {of: [red], choices: [checker, checker]}\n"),

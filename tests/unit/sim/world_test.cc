@@ -269,6 +269,33 @@ TEST_F(WorldTest, ClipsAndCountsCommandsBeyondTheLimits) {
   EXPECT_EQ(StateOf(world).action_clips, 0);
 }
 
+// The range of an actuator may be narrower than the range of its joint.
+TEST_F(WorldTest, ClipsAndCountsCommandsBeyondTheRangeOfAnActuator) {
+  const ModelPtr model(mj_copyModel(nullptr, scene_->physics.get()));
+  const int actuator = mj_name2id(model.get(), mjOBJ_ACTUATOR, "left/actuator1");
+  mjtNum* range = model->actuator_ctrlrange + 2 * actuator;
+  range[0] = -0.05;
+  range[1] = 0.05;
+  World world(model.get(), scene_->info, *robot_, *task_, kSubsteps);
+  world.Reset(0, VariationOf("base"));
+  action_t action = Home();
+  action.joint_position_rad[0] = 0.3;
+  EXPECT_EQ(world.Apply(action), "");
+  EXPECT_EQ(StateOf(world).action_clips, 1);
+  EXPECT_EQ(StateOf(world).arm[0].joint_command_rad[0], 0.05);
+  range[0] = 5;
+  range[1] = 255;
+  try {
+    World(model.get(), scene_->info, *robot_, *task_, kSubsteps);
+    FAIL() << "must throw";
+  } catch (const InputError& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "actuator 'left/actuator1': its range, 5 to 255, contains no position of its joint, -2.8973 to "
+        "2.8973 rad");
+  }
+}
+
 TEST_F(WorldTest, RefusesActionsThatAreNone) {
   World world = MakeWorld();
   world.Reset(0, VariationOf("base"));

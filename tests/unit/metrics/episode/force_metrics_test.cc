@@ -281,4 +281,19 @@ TEST_F(ForceLimits, ABodyThatDoesNotExistIsNamed) {
   }
 }
 
+TEST_F(ForceLimits, ARegionWithoutGeomsIsRefused) {
+  model_info_t model = Model();
+  model.geom_body[kLidGeom] = kPot;  // the lid has no other geom
+  model.limits_file = "limits.yaml";
+  model.limits_yaml =
+      "limits:\n  a:\n    bodies: [pot/lid]\n    quasi_static_force_N: 1\n    transient_force_N: 1\n";
+  try {
+    EpisodeScorer scorer(model, ParseTask(kTask, "small.yaml", false));
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(),
+                 "limits.yaml:3: no body of region 'a' has a geom that collides, so nothing touches it");
+  }
+}
+
 }  // namespace evalbus::metrics::force_metrics_test

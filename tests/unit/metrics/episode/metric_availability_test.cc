@@ -124,6 +124,29 @@ TEST(MetricAvailability, FixturesThatMustNotBeTouchedAreLackingInCollisions) {
   }
 }
 
+// A source publishes the poses of manipulated objects only, so it is unknown where a part is that a variation
+// places.
+TEST(MetricAvailability, PartsThatASourceCannotLocateAreLackingInCollisions) {
+  std::string yaml = kTask;
+  const std::string kVariations = "variations: {base: {}}";
+  yaml.replace(yaml.find(kVariations), kVariations.size(),
+               "variations: {base: {}, turned: {randomize: [{spawn_yaw: {object: counter, bound_deg: 9}}]}}");
+  model_info_t model = Model();
+  const episode_summary_t simulated = ScoreOf(model, yaml);
+  EXPECT_EQ(ResultJson(simulated.metrics)["env_collision_count"], 1);
+  EXPECT_EQ(simulated.verdict, partial_metrics_t::SUCCESS);
+  model.has_physics = false;
+  const episode_summary_t measured = ScoreOf(model, yaml);
+  EXPECT_FALSE(ResultJson(measured.metrics).contains("env_collision_count"));
+  EXPECT_TRUE(ResultJson(measured.metrics).contains("slip_count"));
+  const auto extended = ExtendedJson(measured.extended, measured.metrics);
+  EXPECT_FALSE(extended.contains("min_clearance_m"));
+  EXPECT_TRUE(extended.contains("grasp_count"));
+  // Success requires that the pot does not touch the counter.
+  EXPECT_EQ(measured.failure_reason, "not_judged");
+  EXPECT_TRUE(ResultJson(ScoreOf(model).metrics).contains("env_collision_count")) << "the counter is fixed";
+}
+
 TEST(MetricAvailability, RatesAreOfJudgedEpisodes) {
   model_info_t model = Model();
   RunStatistics statistics;

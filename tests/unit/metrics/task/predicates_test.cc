@@ -421,6 +421,37 @@ TEST_F(PredicatesTest, RefusesWhatCanNeverHold) {
   }
 }
 
+TEST_F(PredicatesTest, CombinationsRefuseArgumentsThatTheyDoNotHave) {
+  const std::string touching = "when: {touching: {a: pot, b: counter}}}";
+  for (const std::string name : {"all", "any", "not", "latched"}) {
+    EXPECT_EQ(Error("{" + name + ": {" + touching + "}"), "accepted") << name;
+    EXPECT_TRUE(
+        Error("{" + name + ": {min_s: 1, " + touching + "}").starts_with("key 'min_s': unknown key here"))
+        << name;
+  }
+  EXPECT_EQ(Error("{lasts: {min_s: 1, " + touching + "}"), "accepted");
+}
+
+TEST_F(PredicatesTest, RefuseContactsOfBodiesWithoutGeoms) {
+  model_info_t model = ModelWithJoints();
+  model.geom_body[kLidGeom] = kPot;  // the lid has no other geom
+  for (const auto& [condition, key] :
+       {std::pair<std::string, std::string>{"{touching: {a: counter, b: pot/lid}}", "b"},
+        {"{on: {object: pot/lid, support: counter}}", "object"},
+        {"{holding: {gripper: left, object: pot/lid}}", "object"}}) {
+    EXPECT_EQ(Error(condition), "accepted") << "in the model whose lid has a geom";
+    try {
+      CompilePredicate(task_.success, {ModelNames(model), task_});
+      FAIL() << condition << " must throw";
+    } catch (const InputError& error) {
+      EXPECT_TRUE(std::string(error.what())
+                      .ends_with(": key '" + key +
+                                 "': 'pot/lid' has no geom that collides, so it never touches anything"))
+          << error.what();
+    }
+  }
+}
+
 TEST_F(PredicatesTest, DescribeThemselvesInWords) {
   using Lines = std::vector<std::string>;
   const auto all = Compile(
