@@ -527,21 +527,32 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
   }
 }
 
-// Returns whether the task still needs this gripper: it has a condition that the gripper holds
-// an object, which it does not hold now, or that it touches something, which it does not touch now or about
-// which another condition is not met.
-bool CauseFinder::IsNeeded(const std::string& gripper, const std::vector<Unmet>& unmet) const {
+// Returns whether the task has a condition that this gripper holds an object, which it does not hold now.
+bool CauseFinder::LacksHold(const std::string& gripper) const {
   return std::ranges::any_of(conditions_, [&](const auto& section) {
     return std::ranges::any_of(section, [&](const condition_t& c) {
-      if (IsNegated(c)) return false;
-      if (IsOfHold(c)) return c.other == gripper && !c.holds;
-      if (c.kind != condition_t::CONTACT) return false;
-      const bool is_first = c.subject == gripper + "_gripper";
-      if (!is_first && c.other != gripper + "_gripper") return false;
-      const std::string& touched = is_first ? c.other : c.subject;
-      return std::ranges::any_of(
-          unmet, [&](const Unmet& u) { return u.condition == &c || u.condition->subject == touched; });
+      return IsOfHold(c) && !IsNegated(c) && c.other == gripper && !c.holds;
     });
+  });
+}
+
+// Returns whether all that is missing depends on this gripper: that it touches something, or the state of
+// something that the task requires it to touch. Arms may work one after the other, so an arm that rests may
+// wait for another.
+bool CauseFinder::LacksOnlyTouch(const std::string& gripper, const std::vector<Unmet>& unmet) const {
+  const std::string name = gripper + "_gripper";
+  const auto is_touch = [&](const condition_t& c) {
+    return c.kind == condition_t::CONTACT && !IsNegated(c) && (c.subject == name || c.other == name);
+  };
+  const auto is_touched = [&](const std::string& subject) {
+    return std::ranges::any_of(conditions_, [&](const auto& section) {
+      return std::ranges::any_of(section, [&](const condition_t& c) {
+        return is_touch(c) && (c.subject == name ? c.other : c.subject) == subject;
+      });
+    });
+  };
+  return !unmet.empty() && std::ranges::all_of(unmet, [&](const Unmet& u) {
+    return is_touch(*u.condition) || is_touched(u.condition->subject);
   });
 }
 
@@ -555,7 +566,10 @@ std::optional<CauseMoment> CauseFinder::IdleArm(const std::vector<Unmet>& unmet,
     if (!IsSinceLong(since, last_tick)) continue;
     const bool another_moves = std::ranges::any_of(
         arm_rest_, [&](const Rest& other) { return other.since() - since >= Ticks(kStill); });
-    if (!another_moves || !IsNeeded(config_.grippers[k], unmet) || (first && first->tick <= since)) continue;
+    const std::string& gripper = config_.grippers[k];
+    if (!another_moves || !(LacksHold(gripper) || LacksOnlyTouch(gripper, unmet)) ||
+        (first && first->tick <= since))
+      continue;
     first = CauseMoment{.kind = cause_kind::kStall, .tick = since, .arm = arm};
   }
   return first;
@@ -574,7 +588,11 @@ CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, con
   const int64_t rest = rest_.since();
   const int64_t last_share = LastShare(end.last_tick);
   if (IsSinceLong(rest, end.last_tick) && rest - progress <= Ticks(kPatience)) {
-    if (idle) return *idle;
+    // If an arm stopped before the others, and should only touch something, all else was done.
+    bool lacks_hold = false;
+    for (size_t k = 0; idle && k < config_.grippers.size(); ++k)
+      lacks_hold |= config_.gripper_arm[k] == idle->arm && LacksHold(config_.grippers[k]);
+    if (idle && !lacks_hold) return *idle;
     if (open && rest - open->tick >= Ticks(kWaited)) return *open;
     return {.kind = cause_kind::kStall, .tick = rest};
   }

@@ -140,7 +140,8 @@ class CauseFinder {
   void AddFalls(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
   void AddCollisions(const std::vector<Unmet>& unmet, int64_t last_tick,
                      std::vector<CauseMoment>* moments) const;
-  bool IsNeeded(const std::string& gripper, const std::vector<Unmet>& unmet) const;
+  bool LacksHold(const std::string& gripper) const;
+  bool LacksOnlyTouch(const std::string& gripper, const std::vector<Unmet>& unmet) const;
   std::optional<CauseMoment> IdleArm(const std::vector<Unmet>& unmet, int64_t last_tick) const;
   std::vector<Unmet> FindUnmet() const;
   CauseMoment MomentWithoutEvent(const std::vector<Unmet>& unmet, const CauseEnd& end) const;
