@@ -6,7 +6,8 @@
 
 namespace evalbus {
 
-// Returns the candidate of which `name` is most likely a misspelling; empty if none is similar.
+// Returns the candidate of which `name` is most likely a misspelling or an abbreviation; empty if there is
+// none.
 std::string NearestName(const std::string& name, const std::vector<std::string>& candidates);
 
 // Returns "a, b, c": each name once, in alphabetical order, without empty names.

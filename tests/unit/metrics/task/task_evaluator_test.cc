@@ -211,9 +211,11 @@ TEST_F(ExpressionTest, ReportsMistakesWithFileAndLine) {
             "holding, inside, joint_fraction, joint_speed, lasts, latched, lift, not, on, position, reached, "
             "speed, tilt, tilt_below, touching");
   EXPECT_EQ(
-      QuantityError(Call("dist", {})),
-      "t.yaml:3: there is no quantity 'dist'; expected one of distance, joint_fraction, joint_speed, lift, "
+      QuantityError(Call("height", {})),
+      "t.yaml:3: there is no quantity 'height'; expected one of distance, joint_fraction, joint_speed, lift, "
       "position, speed, tilt");
+  EXPECT_EQ(QuantityError(Call("dist", {})),
+            "t.yaml:3: there is no quantity 'dist'; did you mean 'distance'?");
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "left"}})),
             "t.yaml:3: key 'object': required here, but missing in 'holding'");
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "left"}, {"object", "pot"}, {"arm", "left"}})),
