@@ -90,6 +90,12 @@ until: decided(alpha 0.01, max 200)
   EXPECT_EQ(plan.OptionsOf(plan.policies[2]).policy_name, "pi0");
 }
 
+TEST_F(PlanTest, TheSeedMayHave64Bits) {
+  EXPECT_EQ(Read(std::string(kSmall) + "seed: 5000000000\n").options.seed, 5'000'000'000);
+  EXPECT_EQ(ErrorOf(std::string(kSmall) + "seed: 9223372036854775808\n"),
+            ":3: key 'seed': expected a whole number of at most 64 bits, got '9223372036854775808'");
+}
+
 TEST_F(PlanTest, ARateThatThePlanNamesGoesBeforeTheContracts) {
   const Plan plan = Read(
       "policies: [{name: a, policy: 'ws://127.0.0.1:1', contract: roboeval}]\n"
