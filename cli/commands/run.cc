@@ -155,7 +155,11 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
         "run it on one machine");
   const auto in_folder = [&](const auto& work) {
     // A part of a plan that has begun, such as a task of Slurm, belongs to a plan that was checked.
-    if (!is_begun || plan_options.part.empty()) plans::CheckScenes(plan);
+    if (!is_begun || plan_options.part.empty()) {
+      plans::CheckScenes(plan);
+      const std::vector<std::string> notes = output.quiet ? std::vector<std::string>() : plans::NotesOf(plan);
+      for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
+    }
     begun ? work(*begun) : work(plans::PlanFolder(plan, options.out, !plan_options.slurm.dry_run));
   };
   plans::SlurmOptions slurm = plan_options.slurm;

@@ -349,6 +349,22 @@ TEST_F(PlanTest, CamerasAndPoliciesAreCheckedInEachTask) {
   EXPECT_THAT([&] { CheckScenes(wrong); }, ThrowsMessage<InputError>(HasSubstr("has no expert")));
 }
 
+TEST_F(PlanTest, NotesNameSettingsOfContractsWithoutEffect) {
+  const auto contract = folder_.path() / "mine.yaml";
+  std::filesystem::copy_file(ModelsFolder() / "policies/groot_bimanual_panda.yaml", contract);
+  std::ofstream(contract, std::ios::app)
+      << "prompts: {lift_pot: up, lift_tray: up, lift_pt: up, lift_pot/position: up}\n";
+  const std::string start = "mine: " + contract.string() + ": ";
+  EXPECT_THAT(
+      NotesOf(Read("policies: [mine.yaml]\ntasks: lift_pot/position\n")),
+      ElementsAre(
+          start +
+              "batch_size has no effect in a plan, whose runs each have their own connection to the server",
+          start + "prompts: there is no task 'lift_pot/position'",
+          start + "prompts: there is no task 'lift_pt'; did you mean 'lift_pot'?"));
+  EXPECT_THAT(NotesOf(Read(kSmall)), ElementsAre());
+}
+
 TEST_F(PlanTest, MistakesAreReportedAtTheirLocation) {
   EXPECT_THAT(ErrorOf("policies: [expert]\ntask: lift_pot\n"),
               HasSubstr(":2: key 'task': unknown key here; did you mean 'tasks'?"));
