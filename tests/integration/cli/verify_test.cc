@@ -345,6 +345,8 @@ TEST(GateCommand, EndsWithTheVerdictsExitCode) {
   EXPECT_EQ(idle.code, 11) << idle.out << idle.err;
   EXPECT_SAYS(idle.out, " shows that the policy commanded a motion; such a run cannot pass");
   EXPECT_EQ(gate(expert, folder.path() / "none", "5").code, 1);
+  EXPECT_SAYS(gate(expert, still, "100").err, " to 99.000000 percentage points");
+  EXPECT_SAYS(gate(expert, still, "nan").err, "--margin: Value nan is not a number (see");
 }
 
 }  // namespace evalbus::verify_test
