@@ -264,6 +264,10 @@ Action AddRun(CLI::App* app) {
       runner::FollowContract(app->count("--control-hz") > 0 || !like->empty(),
                              app->count("--policy-timeout-s") > 0 || !like->empty(), options.get());
       if (options->tasks.empty()) throw InputError("run: expected a task ('evalbus tasks list' lists them)");
+      for (const std::string& task : options->tasks) {
+        if (IsPlan({task}))
+          throw InputError(task + ": a plan cannot be combined with other tasks; its file lists its tasks");
+      }
       runner::Run(*options, *output);
     }
     return 0;
