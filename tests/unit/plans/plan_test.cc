@@ -204,6 +204,9 @@ TEST_F(PlanTest, OfALatencyCurveHasAnEntryForEachDelay) {
   ASSERT_EQ(rounded.policies.size(), 4u);
   EXPECT_EQ(rounded.policies[1].name, "synchronous-120ms");
   EXPECT_EQ(rounded.policies[2].name, "rtc-100ms");
+  // 60 Hz are rounded to 8 physics steps of 2 ms: 17 and 33 ms are two and three ticks.
+  options.sim.control_hz = 60;
+  EXPECT_EQ(LatencyPlan(options, {"17", "33"}, {"synchronous"}, true).policies.size(), 2u);
   options.tasks = {"lift_pot/all"};
   EXPECT_THROW(LatencyPlan(options, {"0"}, {"rtc"}, false), InputError);
 }
