@@ -152,7 +152,7 @@ report::TextTable RateTable(const PlanResults& results) {
         if (task.empty() || run.task_name() == task) tally.Add(run);
       }
       const metrics::RunSummary summary = tally.Summary();
-      cells.push_back(report::RateCell(summary.successes, summary.judged));
+      cells.push_back(report::RateCell(summary.successes, summary.judged, summary.InSamples(summary.judged)));
     }
     return cells;
   };
