@@ -40,6 +40,12 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
       nearest = candidate;
     }
   }
+  if (!nearest.empty() || name.size() < 3) return nearest;
+  // An abbreviation stands for the shortest candidate that begins with it.
+  for (const std::string& candidate : candidates) {
+    if (candidate.starts_with(name) && (nearest.empty() || candidate.size() < nearest.size()))
+      nearest = candidate;
+  }
   return nearest;
 }
 

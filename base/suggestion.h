@@ -6,7 +6,7 @@
 
 namespace evalbus {
 
-// Returns the candidate that `name` most likely misspells; empty if none is similar.
+// Returns the candidate that `name` most likely misspells or abbreviates; empty if there is none.
 std::string NearestName(const std::string& name, const std::vector<std::string>& candidates);
 
 // Returns "a, b, c": each name once, in alphabetical order, without empty names.

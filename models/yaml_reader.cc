@@ -164,9 +164,13 @@ bool YamlValue::Bool() const {
   return text == "true";
 }
 
-double YamlValue::Number(NumberRange range) const {
+bool YamlValue::is_number() const {
   // A quoted scalar has the tag "!".
-  const auto value = node_.IsScalar() && node_.Tag() != "!" ? Parse<double>(node_.Scalar()) : std::nullopt;
+  return node_.IsScalar() && node_.Tag() != "!" && Parse<double>(node_.Scalar());
+}
+
+double YamlValue::Number(NumberRange range) const {
+  const auto value = is_number() ? Parse<double>(node_.Scalar()) : std::nullopt;
   const bool in_range = value && std::isfinite(*value) && *value <= range.max &&
                         (range.open_min ? *value > range.min : *value >= range.min);
   if (!in_range) Fail("expected " + Describe(range) + ", got " + Shown());
@@ -182,6 +186,12 @@ int YamlValue::Integer(int min, int max) const {
                   : ">= " + std::to_string(min)) +
          ", got " + Shown());
   }
+  return *value;
+}
+
+int64_t YamlValue::Int64() const {
+  const auto value = is_number() ? Parse<int64_t>(node_.Scalar()) : std::nullopt;
+  if (!value) Fail("expected a whole number of at most 64 bits, got " + Shown());
   return *value;
 }
 

@@ -5,6 +5,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -46,6 +47,8 @@ class YamlValue {
   bool is_scalar() const { return node_.IsScalar(); }
   bool is_list() const { return node_.IsSequence(); }
   bool is_map() const { return node_.IsMap(); }
+  // Returns true for a number without quotes.
+  bool is_number() const;
 
   // Returns a scalar that is not empty.
   std::string Text() const;
@@ -56,6 +59,7 @@ class YamlValue {
   bool Bool() const;
   double Number(NumberRange range = kAnyNumber) const;
   int Integer(int min, int max = std::numeric_limits<int>::max()) const;
+  int64_t Int64() const;
   std::vector<YamlValue> List() const;
   std::vector<std::string> Texts() const;
   // Returns a list of numbers. size: required number of elements; 0: any.

@@ -4,18 +4,20 @@
 #include <fmt/ranges.h>
 
 #include <cstdio>
-#include <optional>
 #include <set>
 #include <utility>
 
 #include "base/errors.h"
 #include "base/json_file.h"
+#include "base/options.h"
 #include "base/write_whole.h"
+#include "lcmtypes/clock.h"
 #include "plans/plan_run.h"
 #include "policy_bridge/remote/latency.h"
 #include "report/latency_figure.h"
 #include "results/run_reader.h"
 #include "runner/suite.h"
+#include "sim/prepared_scene.h"
 
 namespace evalbus::plans {
 namespace {
@@ -50,6 +52,16 @@ class RoundedDelays {
   std::vector<std::string> notes_;
 };
 
+// Returns the control rate of the plan's runs, which is rounded to whole physics steps.
+double RealRate(const Plan& plan) {
+  const runner::RunOptions& given = plan.options;
+  CheckRanges(given);
+  sim::SimOptions options =
+      plan.OptionsOf({.name = "", .policy = given.policy.policy, .contract = given.policy.contract}).sim;
+  options.task = plan.tasks[0];
+  return RealControlHz(options.control_hz, sim::ComposeScene(options).info.timestep_us);
+}
+
 }  // namespace
 
 Plan LatencyPlan(const runner::RunOptions& options, const std::vector<std::string>& delays_ms,
@@ -64,19 +76,19 @@ Plan LatencyPlan(const runner::RunOptions& options, const std::vector<std::strin
   plan.rate_is_given = rate_is_given;
   plan.tasks = runner::ExpandTasks(options.tasks);
   if (plan.tasks.size() != 1) throw InputError("latency: expected one task with one variation");
+  const double control_hz = RealRate(plan);
   std::set<std::string> names;
   for (const std::string& execution : executions) {
-    std::optional<RoundedDelays> delays;
+    RoundedDelays delays(control_hz);
     for (const std::string& delay : delays_ms) {
       const policy::Latency latency = policy::ParseDelay(delay, "--delays", "milliseconds (0 to 60000)");
       const std::string name = fmt::format("{}-{:g}ms", execution, latency.fixed_s * 1e3);
       if (!names.insert(name).second)
         throw InputError("--delays, --execution: '" + name + "' occurs twice; remove one");
       const PlannedPolicy policy{name, options.policy.policy, options.policy.contract, delay, execution};
-      if (!delays) delays.emplace(plan.OptionsOf(policy).sim.control_hz);
-      if (delays->Add(latency.fixed_s)) plan.policies.push_back(policy);
+      if (delays.Add(latency.fixed_s)) plan.policies.push_back(policy);
     }
-    if (delays && execution == executions.front()) delays->PrintNote();
+    if (execution == executions.front()) delays.PrintNote();
   }
   plan.baseline = plan.policies.at(0).name;
   return OnEngine(std::move(plan), "");

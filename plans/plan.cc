@@ -357,7 +357,7 @@ Plan ReadPlan(const fs::path& file) {
   });
   if (!mistakes.empty()) throw InputError(fmt::format("{}", fmt::join(mistakes, "; ")));
   if (const YamlValue* value = map.Find("episodes")) plan.options.episodes = value->Integer(1, kMaxEpisodes);
-  if (const YamlValue* value = map.Find("seed")) plan.options.seed = value->Integer(0);
+  if (const YamlValue* value = map.Find("seed")) plan.options.seed = value->Int64();
   if (const YamlValue* value = map.Find("options")) ReadRunOptions(*value, &plan);
   // Absolute, as in run.json, because a merge compares the two.
   plan.options.sim.assets = AbsoluteAssets(plan.options.sim.assets);

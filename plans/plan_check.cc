@@ -6,7 +6,9 @@
 #include <cstdio>
 
 #include "base/errors.h"
+#include "base/suggestion.h"
 #include "base/text.h"
+#include "models/task_description.h"
 #include "policy_bridge/policy_options.h"
 #include "sim/prepared_scene.h"
 #include "viz/images/video.h"
@@ -80,6 +82,26 @@ std::vector<std::string> ProblemsOf(const Plan& plan) {
     });
   }
   return problems.Texts(plan.tasks.size());
+}
+
+std::vector<std::string> NotesOf(const Plan& plan) {
+  std::vector<std::string> notes, tasks;
+  for (const TaskDescription& task : AllTasks()) tasks.push_back(task.name);
+  for (const std::string& task : plan.tasks) tasks.push_back(FindTask(task).task.name);
+  for (const PlannedPolicy& policy : plan.policies) {
+    const auto contract = policy::FindContractOf(plan.OptionsOf(policy).policy);
+    if (!contract) continue;
+    const auto add = [&](const std::string& what) {
+      notes.push_back(Printable(fmt::format("{}: {}: {}", policy.name, contract->file.string(), what)));
+    };
+    if (contract->batch_size > 1)
+      add("batch_size has no effect in a plan, whose runs each have their own connection to the server");
+    for (const auto& [task, prompt] : contract->prompts) {
+      if (std::ranges::find(tasks, task) == tasks.end())
+        add("prompts: there is no task '" + task + "'" + Suggestion(task, tasks, ""));
+    }
+  }
+  return notes;
 }
 
 void CheckScenes(const Plan& plan) {

@@ -14,6 +14,10 @@ namespace evalbus::plans {
 // no server. A reason that applies to several tasks is one line.
 std::vector<std::string> ProblemsOf(const Plan& plan);
 
+// Returns one line for each setting of a policy's contract that has no effect in this plan: batch_size, and
+// prompts for tasks that neither evalbus nor the plan has.
+std::vector<std::string> NotesOf(const Plan& plan);
+
 // Throws InputError with the last of ProblemsOf() if there are any, after printing the others as errors.
 void CheckScenes(const Plan& plan);
 

@@ -152,7 +152,7 @@ report::TextTable RateTable(const PlanResults& results) {
         if (task.empty() || run.task_name() == task) tally.Add(run);
       }
       const metrics::RunSummary summary = tally.Summary();
-      cells.push_back(report::RateCell(summary.successes, summary.judged));
+      cells.push_back(report::RateCell(summary.successes, summary.judged, summary.InSamples(summary.judged)));
     }
     return cells;
   };
@@ -177,12 +177,19 @@ std::map<fs::path, std::string> PlanPages(const PlanFolder& folder, const PlanRe
     report.reports.push_back({suite.name, page.url()});
     auto& failed = report.failed_episodes.emplace_back();
     std::vector<std::pair<std::string, report::PlanCell>> cells;
+    results::Tally tally;
+    for (const RecordedRun& run : suite.runs) tally.Add(run);
+    const metrics::RunSummary all = tally.Summary();
+    // If no start was seen in training, one remark on all runs replaces the remarks on each run.
+    const bool has_seen_none = all.seen_in_training == 0 && suite.runs.size() > 1;
+    if (has_seen_none) report.remarks.push_back(suite.name + ": " + all.TrainingText());
     for (size_t i = 0; i < suite.runs.size(); ++i) {
       report::PlanCell& cell = cells.emplace_back(suite.runs[i].task_name(), report::PlanCell{}).second;
       cell.summary = suite.runs[i].Statistics().Summary(false);
       cell.url = page.url() + (suite.runs.size() > 1 ? fmt::format("#run-{}-", i) : "");
       AddEpisodes(suite.runs[i], i, page, &cell, &failed);
       for (const std::string& remark : suite.runs[i].Remarks()) {
+        if (has_seen_none && remark == cell.summary.TrainingText()) continue;
         report.remarks.push_back(suite.name + ", " + suite.runs[i].task_name() + ": " + remark);
       }
     }
@@ -195,9 +202,7 @@ std::map<fs::path, std::string> PlanPages(const PlanFolder& folder, const PlanRe
       row->second.cells.resize(report.policies.size());
       row->second.cells.back() = cell;
     }
-    results::Tally tally;
-    for (const RecordedRun& run : suite.runs) tally.Add(run);
-    report.all.cells.push_back({.summary = tally.Summary()});
+    report.all.cells.push_back({.summary = all});
     results::SuiteTally tasks;
     for (const RecordedRun& run : suite.runs) tasks.Add(run.task_name(), run);
     report.means.push_back(tasks.mean_over_tasks());

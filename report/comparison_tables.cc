@@ -60,9 +60,9 @@ std::vector<std::string> SuccessCells(const Comparison& comparison, const std::s
   const bool has_both = success.has_both_sides();
   return {task,
           comparison.run.name,
-          RateCell(success.successes, success.trials),
+          RateCell(success.successes, success.trials, success.samples.trials),
           comparison.baseline.name,
-          RateCell(success.baseline_successes, success.baseline_trials),
+          RateCell(success.baseline_successes, success.baseline_trials, success.samples.baseline_trials),
           has_both ? points(success.difference) : "-",
           has_both ? fmt::format("{} to {}", points(success.difference_95.lower),
                                  points(success.difference_95.upper))
@@ -123,9 +123,9 @@ std::string LatexTable(const TextTable& table) {
   return text + "\\bottomrule\n\\end{tabular}\n";
 }
 
-std::string RateCell(int successes, int trials) {
+std::string RateCell(int successes, int trials, double samples) {
   if (trials == 0) return "-";
-  const metrics::Interval wilson = metrics::WilsonInterval(successes, trials);
+  const metrics::Interval wilson = metrics::WilsonInterval(samples * successes / trials, samples);
   return fmt::format("{}/{} ({} to {} %)", successes, trials, PercentagePoints(wilson.lower),
                      PercentagePoints(wilson.upper));
 }

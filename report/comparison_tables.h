@@ -24,8 +24,8 @@ std::string MarkdownTable(const TextTable& table);
 std::string LatexTable(const TextTable& table);
 
 // Returns the counts and the 95 % interval of a success rate, for example "43/50 (74 to 93 %)"; "-" without
-// an episode.
-std::string RateCell(int successes, int trials);
+// an episode. samples: effective number of episodes in the interval (metrics::NumSamples).
+std::string RateCell(int successes, int trials, double samples);
 
 // Returns one row per run and task, and one row over all tasks for a run with several tasks. Columns: task,
 // run and baseline with their numbers of successes and episodes and the rate's interval, difference in

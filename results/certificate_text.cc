@@ -36,6 +36,14 @@ Flips FlipsOn(const std::string& engine, const Certificate& certificate) {
 
 std::string ShareText(int successes, int trials) { return Percent(static_cast<double>(successes) / trials); }
 
+// Returns Wilson's interval of the share of pairs whose verdicts flip. Pairs that are all equal count as one.
+metrics::Interval FlippedShare(const PolicyOnEngine& one) {
+  const SuccessComparison& success = one.comparison.success;
+  const int pairs = success.pairs.pairs(), samples = success.samples.pairs.pairs();
+  return metrics::WilsonInterval(pairs > 0 ? static_cast<double>(samples) * one.flipped() / pairs : 0,
+                                 samples);
+}
+
 std::string StageName(const StageParting& parting, const StageNames& stages) {
   const auto task = stages.find(parting.task);
   if (task == stages.end()) return "";
@@ -62,7 +70,7 @@ std::string Table(const Certificate& certificate) {
   for (const PolicyOnEngine& one : certificate.comparisons) {
     const SuccessComparison& success = one.comparison.success;
     const int pairs = success.pairs.pairs();
-    const metrics::Interval share = metrics::WilsonInterval(one.flipped(), pairs);
+    const metrics::Interval share = FlippedShare(one);
     text += CertificateRow(
         one.policy, width, one.engine, ShareText(success.baseline_successes, success.baseline_trials),
         ShareText(success.successes, success.trials), fmt::format("{} of {}", one.flipped(), pairs),
@@ -151,7 +159,7 @@ std::string Ranking(const Certificate& certificate) {
 
 ordered_json JsonOf(const PolicyOnEngine& one, const StageNames& stages) {
   const SuccessComparison& success = one.comparison.success;
-  const metrics::Interval share = metrics::WilsonInterval(one.flipped(), success.pairs.pairs());
+  const metrics::Interval share = FlippedShare(one);
   ordered_json json = {{"policy", one.policy},
                        {"engine", one.engine},
                        {"success", SuccessJson(success)},

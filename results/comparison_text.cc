@@ -152,13 +152,12 @@ ComparedRow SuccessRow(const std::string& label, const SuccessComparison& succes
             {"-", "-", "-", "-"},
             ""};
   }
+  const auto [lower, upper] = BoundsInPoints(success);
   return {label,
           rate(success.baseline_successes, success.baseline_trials),
           rate(success.successes, success.trials),
-          {DifferenceInPoints(success),
-           fmt::format("{:>8} to {:>8}", PercentagePoints(success.difference_95.lower),
-                       PercentagePoints(success.difference_95.upper)),
-           PText(success.p), PText(success.p_adjusted)},
+          {DifferenceInPoints(success), fmt::format("{:>8} to {:>8}", lower, upper), PText(success.p),
+           PText(success.p_adjusted)},
           Word(success.judgment())};
 }
 

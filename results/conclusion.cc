@@ -131,10 +131,14 @@ std::string DifferenceInPoints(const SuccessComparison& success) {
   return PointsOf(success, success.difference);
 }
 
-std::string DifferenceText(const SuccessComparison& success) {
+std::pair<std::string, std::string> BoundsInPoints(const SuccessComparison& success) {
   const Points points(success);
-  return fmt::format("{} points ({} to {})", DifferenceInPoints(success),
-                     points.Text(success.difference_95.lower), points.Text(success.difference_95.upper));
+  return {points.Text(success.difference_95.lower), points.Text(success.difference_95.upper)};
+}
+
+std::string DifferenceText(const SuccessComparison& success) {
+  const auto [lower, upper] = BoundsInPoints(success);
+  return fmt::format("{} points ({} to {})", DifferenceInPoints(success), lower, upper);
 }
 
 std::string Headline(const Comparison& comparison) {
@@ -152,9 +156,8 @@ std::string Headline(const Comparison& comparison) {
     return fmt::format("No conclusion: {} has no complete episode{}", success.trials == 0 ? run : baseline,
                        HasComplete(comparison, side) ? " with a verdict" : "");
   }
-  const Points points(success);
-  const std::string interval = fmt::format("95 % CI {} to {}", points.Text(success.difference_95.lower),
-                                           points.Text(success.difference_95.upper));
+  const auto [lower, upper] = BoundsInPoints(success);
+  const std::string interval = fmt::format("95 % CI {} to {}", lower, upper);
   if (!success.is_shown) {
     // The interval is approximate and not adjusted, so it can exclude 0 although the test shows no
     // difference.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "results/comparison.h"
@@ -23,6 +24,9 @@ std::string Conclusion(const Comparison& comparison);
 // Returns the difference of the success rates in percentage points. It has one decimal if its interval is
 // narrower than two points, or if whole points would contradict the rates in whole percents.
 std::string DifferenceInPoints(const SuccessComparison& success);
+// Returns the bounds of its interval in percentage points. They have one decimal if the interval is narrower
+// than two points, or excludes 0 by less than half a point.
+std::pair<std::string, std::string> BoundsInPoints(const SuccessComparison& success);
 // Returns the difference with its interval, for example "24 points (8 to 39)".
 std::string DifferenceText(const SuccessComparison& success);
 

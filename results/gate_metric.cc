@@ -166,7 +166,8 @@ GateCriterion DecideMetric(const GateMetric& metric, const EpisodePairs& pairs, 
       return result;
     }
     result.loss_lower = result.loss_upper = result.loss;
-    result.verdict = result.loss <= result.margin ? GateVerdict::kPass : GateVerdict::kFail;
+    // A loss that equals the margin up to rounding passes, for example 0.9 - 0.7 with a margin of 0.2.
+    result.verdict = mean - result.margin * unit > tie ? GateVerdict::kFail : GateVerdict::kPass;
     return result;
   }
   const auto needed = PairsNeeded(excesses, metrics::Mean(excesses) < 0 ? metrics::kAlpha : fail_alpha);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/json_file.h"
@@ -205,7 +206,10 @@ void Verification::Add(const Verification& other) {
   bytes += other.bytes;
 }
 
-void VerifyHashes(const fs::path& folder, Verification* result) {
+namespace {
+
+// is_noted: true if a folder above has no manifest, which is noted once.
+void VerifyHashes(const fs::path& folder, bool is_noted, Verification* result) {
   CheckFolderKind(folder);
   if (fs::exists(folder / kManifestJson)) {
     Collect(result, [&] {
@@ -215,12 +219,16 @@ void VerifyHashes(const fs::path& folder, Verification* result) {
       result->files += check.files;
       result->bytes += check.bytes;
     });
-  } else {
+  } else if (!std::exchange(is_noted, true)) {
     result->notes.push_back((folder / kManifestJson).string() +
                             ": missing, so changed bytes cannot be found; --write writes it");
   }
-  for (const std::string& below : ContentsOf(folder).folders) VerifyHashes(folder / below, result);
+  for (const std::string& below : ContentsOf(folder).folders) VerifyHashes(folder / below, is_noted, result);
 }
+
+}  // namespace
+
+void VerifyHashes(const fs::path& folder, Verification* result) { VerifyHashes(folder, false, result); }
 
 void VerifyNumbers(const fs::path& folder, Verification* result) {
   CheckFolderKind(folder);

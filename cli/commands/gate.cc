@@ -39,7 +39,8 @@ void AddOptions(CLI::App* app, GateCommandOptions* options) {
       ->check(CLI::Validator(
           [range = InRange(0.1, 99.0)](std::string& text) {
             const std::string error = range(text);
-            return error.empty() ? error : error + " percentage points";
+            // A value that is not a number has no unit.
+            return error.find("range") == std::string::npos ? error : error + " percentage points";
           },
           InRange(0.1, 99.0).get_description()))
       ->capture_default_str();

@@ -93,6 +93,7 @@ bool Show(const Plan& plan, bool probe) {
   if (plan.policies.size() > 1 && !has_width) fmt::print("{}", PowerText(plan));
   const std::vector<std::string> problems = plans::ProblemsOf(plan);
   for (const std::string& problem : problems) fmt::print("problem   {}\n", problem);
+  for (const std::string& note : plans::NotesOf(plan)) fmt::print("note      {}\n", note);
   // Episodes of such a plan are not tried: they would fail for the same reasons.
   if (!probe || !problems.empty()) return problems.empty();
   constexpr int kProbes = 6;
@@ -152,6 +153,7 @@ Action AddPlan(CLI::App* app) {
     const Plan plan = plans::ReadPlan(options->file);
     if (check->parsed()) {
       plans::CheckScenes(plan);
+      for (const std::string& note : plans::NotesOf(plan)) fmt::print("note: {}\n", note);
       fmt::print("{}: {} of {}\n", options->file.string(), Plural(plan.num_runs(), "run"),
                  plan.until
                      ? fmt::format("{} to {} episodes", plan.options.episodes, plan.until->max_episodes)

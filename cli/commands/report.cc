@@ -79,7 +79,9 @@ int WriteReport(const ReportOptions& options) {
                        ": a plan, whose page is always its report.html; -o and --mb require a run or "
                        "suite, --episode a run");
     }
-    CheckFilesDiffer({{"--markdown", options.markdown}, {"--latex", options.latex}});
+    CheckFilesDiffer({{"the plan's page", options.run / plans::kReportHtml},
+                      {"--markdown", options.markdown},
+                      {"--latex", options.latex}});
     const plans::PlanFolder folder(options.run);
     const plans::PlanResults results = plans::ReadPlanResults(folder);
     plans::WritePlanPages(folder, results);

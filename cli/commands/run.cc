@@ -155,7 +155,11 @@ void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_op
         "run it on one machine");
   const auto in_folder = [&](const auto& work) {
     // A part of a plan that has begun, such as a Slurm task, belongs to a plan that was checked.
-    if (!is_begun || plan_options.part.empty()) plans::CheckScenes(plan);
+    if (!is_begun || plan_options.part.empty()) {
+      plans::CheckScenes(plan);
+      const std::vector<std::string> notes = output.quiet ? std::vector<std::string>() : plans::NotesOf(plan);
+      for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
+    }
     begun ? work(*begun) : work(plans::PlanFolder(plan, options.out, !plan_options.slurm.dry_run));
   };
   plans::SlurmOptions slurm = plan_options.slurm;
@@ -260,6 +264,10 @@ Action AddRun(CLI::App* app) {
       runner::FollowContract(app->count("--control-hz") > 0 || !like->empty(),
                              app->count("--policy-timeout-s") > 0 || !like->empty(), options.get());
       if (options->tasks.empty()) throw InputError("run: expected a task ('evalbus tasks list' lists them)");
+      for (const std::string& task : options->tasks) {
+        if (IsPlan({task}))
+          throw InputError(task + ": a plan cannot be combined with other tasks; its file lists its tasks");
+      }
       runner::Run(*options, *output);
     }
     return 0;

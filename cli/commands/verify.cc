@@ -14,6 +14,7 @@
 #include "cli/commands/commands.h"
 #include "plans/page_verification.h"
 #include "plans/plan_folder.h"
+#include "plans/status.h"
 #include "plans/stop_rule.h"
 #include "results/manifest.h"
 #include "results/rescorer.h"
@@ -61,6 +62,20 @@ void VerifyStops(const fs::path& folder, results::Verification* result) {
   }
 }
 
+// Adds a note if the folder is that of a plan that has not finished.
+void NoteProgress(const fs::path& folder, results::Verification* result) {
+  if (!fs::exists(folder / kPlanJson)) return;
+  try {
+    const plans::PlanStatus status = plans::StatusOf(plans::PlanFolder(folder));
+    if (status.has_ended || status.done >= status.episodes) return;
+    result->notes.push_back(fmt::format("{}: the plan has not finished: {} of {}{} episodes", folder.string(),
+                                        status.done, status.is_sequential ? "at most " : "",
+                                        status.episodes));
+  } catch (const InputError& error) {
+    result->findings.push_back(error.what());
+  }
+}
+
 // Returns 0 if there are no findings; otherwise 1. Throws InputError or EnvironmentError.
 int Verify(const VerifyOptions& options) {
   // Hashing runs on its own thread, because the other checks use only one processor.
@@ -71,6 +86,7 @@ int Verify(const VerifyOptions& options) {
   });
   results::Verification recomputed;
   if (!options.hashes) {
+    NoteProgress(options.folder, &recomputed);
     results::VerifyNumbers(options.folder, &recomputed);
     VerifyStops(options.folder, &recomputed);
     plans::VerifyPages(options.folder, &recomputed);

@@ -85,10 +85,10 @@ void CheckEpisodes(const std::vector<results::RecordedRun>& runs, const std::vec
   }
 }
 
-// Prints the causes of failed episodes.
-void PrintCauses(const results::RecordedRun& run, const std::vector<int>& wanted) {
+// Prints the causes of failed episodes, without an empty line before them if they are the first output.
+void PrintCauses(const results::RecordedRun& run, const std::vector<int>& wanted, bool is_first) {
   if (wanted.empty()) return;
-  fmt::print("\nepisode  cause\n");
+  fmt::print("{}episode  cause\n", is_first ? "" : "\n");
   for (const results::RecordedEpisode& episode : run.episodes) {
     if (std::ranges::find(wanted, episode.episode) == wanted.end()) continue;
     const std::string& text = episode.cause.text;
@@ -130,10 +130,14 @@ int Explain(const WhyOptions& options) {
   std::vector<const results::RecordedRun*> all;
   for (const results::RecordedRun& run : runs) all.push_back(&run);
   const std::vector<results::RunCircumstances> found = results::FindCircumstances(all);
+  // The causes of episodes that the user names are the answer to the question, so they are printed first.
+  const bool are_named = !options.episodes.empty();
   for (size_t i = 0; i < found.size(); ++i) {
-    fmt::print("{}{}", i == 0 ? "" : "\n", results::CircumstancesText(found[i], UsesColors(stdout)));
     const std::vector<int> wanted = options.failures ? FailedEpisodes(runs[i]) : options.episodes;
-    PrintCauses(runs[i], wanted);
+    if (are_named) PrintCauses(runs[i], wanted, true);
+    fmt::print("{}{}", i == 0 && !are_named ? "" : "\n",
+               results::CircumstancesText(found[i], UsesColors(stdout)));
+    if (!are_named) PrintCauses(runs[i], wanted, false);
     if (!wanted.empty()) FindNoReturns(runs[i], wanted, options.expert);
     PrintNoReturns(runs[i], options.expert);
   }

@@ -176,6 +176,14 @@ Value ReadConstant(const YamlValue& value) {
   if (value.is_map()) {
     return YamlMap(value, {"integer"}, {})["integer"].Integer(-kLargestConstant, kLargestConstant);
   }
+  // The server would receive a text, and not the number that was meant.
+  if (value.is_number()) {
+    const std::string text = value.Text();
+    value.Fail(
+        fmt::format("expected {{integer: {0}}} for a whole number, [{0}] for a float32 or '{0}' for a text, "
+                    "got {0} without quotes",
+                    text));
+  }
   return value.Text();
 }
 

@@ -148,6 +148,10 @@ class ActivePlan(_Active):
         event = super().__next__()
         if event.kind == "plan_begin":
             self._plan = event.content
+        elif not self._plan:
+            self.close()
+            raise InputError("start_plan: expected a plan, a YAML file with 'policies' and 'tasks' (docs/plans.md); "
+                             "evalbus.start() evaluates a task")  # fmt: skip
         return event
 
     def wait(self) -> List[Run]:

@@ -25,7 +25,10 @@ std::string JudgmentClass(results::Judgment judgment) {
 
 std::string PValue(double p) { return p < 0.001 ? "< 0.001" : results::PText(p); }
 
-std::string PointsText(double share) { return WithMinus(PercentagePoints(share)); }
+std::string IntervalText(const results::SuccessComparison& success) {
+  const auto [lower, upper] = results::BoundsInPoints(success);
+  return WithMinus(lower) + " to " + WithMinus(upper);
+}
 
 // Title and CSS class of the table's columns. Columns of the class "minor" are hidden on phones.
 using Columns = std::vector<std::pair<std::string, std::string>>;
@@ -59,8 +62,7 @@ void DifferenceRow(const results::SuccessComparison& success, Markup* html) {
                      JudgmentClass(success.judgment()), html);
     });
     html->Element("td", {{"class", "number"}}, WithMinus(results::DifferenceInPoints(success)) + " points");
-    html->Element("td", {{"class", "number note"}},
-                  PointsText(interval.lower) + " to " + PointsText(interval.upper));
+    html->Element("td", {{"class", "number note"}}, IntervalText(success));
   });
 }
 
@@ -87,8 +89,7 @@ void TaskRow(const std::string& name, const results::SuccessComparison& success,
       DrawDifference(success.difference, interval.lower, interval.upper, false,
                      JudgmentClass(success.judgment()), html);
     });
-    html->Element("td", {{"class", "number minor"}},
-                  PointsText(interval.lower) + " to " + PointsText(interval.upper));
+    html->Element("td", {{"class", "number minor"}}, IntervalText(success));
     NumberCell(success.p_adjusted, PValue(success.p_adjusted), html);
     html->Element("td", {{"class", JudgmentClass(success.judgment())}}, results::Word(success.judgment()));
   });

@@ -172,6 +172,8 @@ class EvaluateTest(unittest.TestCase):
         self.assertEqual((comparison["name"], comparison["success"]["difference"]), ("hold", -1))
         with self.assertRaisesRegex(evalbus.InputError, "missing.yaml"):
             evalbus.start_plan(self.folder / "missing.yaml").wait()
+        with self.assertRaisesRegex(evalbus.InputError, "start_plan: expected a plan"):
+            evalbus.start_plan("lift_pot/position", out=self.folder / "run").wait()
 
     def test_leaving_the_context_stops_the_run(self):
         with evalbus.start("lift_pot/position", "hold", episodes=1000, out=self.folder / "run", in_process=True) as active:

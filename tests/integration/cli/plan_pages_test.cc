@@ -136,6 +136,24 @@ TEST_F(PlanPages, AreWrittenAlsoIfThereIsNoFfmpeg) {
   EXPECT_EQ(report.code, 0) << report.err;
   EXPECT_THAT(ReadText(table), HasSubstr("| task | hold | random |\n"));
   EXPECT_THAT(ReadText(table), HasSubstr("/position | 0/1 (0 to 79 %) | 0/1 (0 to 79 %) |\n"));
+  const Result same = RunProgram({"evalbus", "report", results_, "--markdown", results_ / "report.html"});
+  EXPECT_EQ(same.code, 1);
+  EXPECT_THAT(same.err, HasSubstr("the plan's page and --markdown name the same file"));
+}
+
+TEST_F(PlanPages, StateOnceThatNoStartWasSeenInTraining) {
+  const std::string task = ShortTask(folder_.path(), 0.1);
+  WriteText(folder_.path() / "plan.yaml",
+            "policies: [hold]\ntasks: [" + task + "/position, " + task + "/base]\nepisodes: 1\n");
+  ASSERT_EQ(RunProgram({"evalbus", "run", folder_.path() / "plan.yaml", "--out", results_}).code, 0);
+  for (const auto& entry : fs::directory_iterator(results_ / "hold")) {
+    const fs::path lines = entry.path() / "episodes.jsonl";
+    if (!fs::exists(lines)) continue;
+    WriteText(lines, "{\"seen_in_training\":false," + ReadText(lines).substr(1));
+  }
+  ASSERT_EQ(RunProgram({"evalbus", "report", results_}).code, 0);
+  EXPECT_THAT(Page("report.html"), HasSubstr("hold: 0 of 2 starts were seen in training"));
+  EXPECT_THAT(Page("report.html"), testing::Not(HasSubstr("0 of 1 start was seen in training")));
 }
 
 // The plan is interrupted when the first of three reports has begun. On a loaded machine, all reports may

@@ -630,6 +630,8 @@ TEST(Plan, RefusesOptionsThatItSetsItself) {
   expect({"--in-process"},
          "--in-process: not needed with a plan, which evaluates each episode in one process unless its file "
          "has the option 'engine'");
+  expect({"lift_pot/position"},
+         plan.string() + ": a plan cannot be combined with other tasks; its file lists its tasks");
   expect({"--partition", "cpu"}, "--partition, --time and --array-size require --slurm or --slurm-dry-run");
   EXPECT_EQ(
       RunProgram({"evalbus", "run", "lift_pot/position", "--partition", "cpu"}).err,

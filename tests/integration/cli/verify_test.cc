@@ -308,6 +308,17 @@ TEST_F(Verify, OtherFoldersAreRefused) {
   EXPECT_EQ(result.err.find('\n'), result.err.size() - 1) << result.err;
 }
 
+TEST_F(Verify, NotesThatAPlanHasNotFinished) {
+  const fs::path plan = folder_.path() / "plan.yaml", out = folder_.path() / "plan";
+  WriteText(plan, "policies: [random, hold]\ntasks: [" + ShortTask(folder_.path(), 0.4) + "]\nepisodes: 1\n");
+  ASSERT_EQ(RunProgram({"evalbus", "run", plan, "--out", out, "--part", "1/2"}).code, 0);
+  const Result part = Of(out);
+  EXPECT_EQ(part.code, 0) << part.out << part.err;
+  EXPECT_SAYS(part.out, "note: " + out.string() + ": the plan has not finished: 1 of 2 episodes\n");
+  ASSERT_EQ(RunProgram({"evalbus", "run", plan, "--out", out, "--part", "2/2"}).code, 0);
+  EXPECT_EQ(Of(out).out.find("has not finished"), std::string::npos);
+}
+
 TEST(GateCommand, EndsWithTheVerdictsExitCode) {
   const TemporaryFolder folder;
   const auto run = [&](const std::string& policy) {
@@ -334,6 +345,8 @@ TEST(GateCommand, EndsWithTheVerdictsExitCode) {
   EXPECT_EQ(idle.code, 11) << idle.out << idle.err;
   EXPECT_SAYS(idle.out, " shows that the policy commanded a motion; such a run cannot pass");
   EXPECT_EQ(gate(expert, folder.path() / "none", "5").code, 1);
+  EXPECT_SAYS(gate(expert, still, "100").err, " to 99.000000 percentage points");
+  EXPECT_SAYS(gate(expert, still, "nan").err, "--margin: Value nan is not a number (see");
 }
 
 }  // namespace evalbus::verify_test

@@ -50,6 +50,9 @@ TEST(Suggestion, NamesTheNearestOrWhatIsExpected) {
   EXPECT_EQ(Suggestion("HEAD", {"head"}), "; did you mean 'head'?");
   EXPECT_EQ(Suggestion("shwo", {"show", "list"}),
             "; did you mean 'show'?");  // two swapped letters count as one mistake
+  EXPECT_EQ(Suggestion("pos", {"base", "position_and_orientation", "position"}),
+            "; did you mean 'position'?");
+  EXPECT_EQ(Suggestion("po", {"base", "position"}), "; expected one of base, position");
   EXPECT_EQ(Suggestion("x", {}), "");
 }
 

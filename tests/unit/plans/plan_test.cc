@@ -90,6 +90,12 @@ until: decided(alpha 0.01, max 200)
   EXPECT_EQ(plan.OptionsOf(plan.policies[2]).policy_name, "pi0");
 }
 
+TEST_F(PlanTest, TheSeedMayHave64Bits) {
+  EXPECT_EQ(Read(std::string(kSmall) + "seed: 5000000000\n").options.seed, 5'000'000'000);
+  EXPECT_EQ(ErrorOf(std::string(kSmall) + "seed: 9223372036854775808\n"),
+            ":3: key 'seed': expected a whole number of at most 64 bits, got '9223372036854775808'");
+}
+
 TEST_F(PlanTest, ARateThatThePlanNamesGoesBeforeTheContracts) {
   const Plan plan = Read(
       "policies: [{name: a, policy: 'ws://127.0.0.1:1', contract: roboeval}]\n"
@@ -198,6 +204,9 @@ TEST_F(PlanTest, OfALatencyCurveHasAnEntryForEachDelay) {
   ASSERT_EQ(rounded.policies.size(), 4u);
   EXPECT_EQ(rounded.policies[1].name, "synchronous-120ms");
   EXPECT_EQ(rounded.policies[2].name, "rtc-100ms");
+  // 60 Hz are rounded to 8 physics steps of 2 ms: 17 and 33 ms are two and three ticks.
+  options.sim.control_hz = 60;
+  EXPECT_EQ(LatencyPlan(options, {"17", "33"}, {"synchronous"}, true).policies.size(), 2u);
   options.tasks = {"lift_pot/all"};
   EXPECT_THROW(LatencyPlan(options, {"0"}, {"rtc"}, false), InputError);
 }
@@ -341,6 +350,22 @@ TEST_F(PlanTest, CamerasAndPoliciesAreCheckedInEachTask) {
                                       (copy / "position").string() +
                                       ": policy \"expert\": task \"my_pot\" has no expert; ")));
   EXPECT_THAT([&] { CheckScenes(wrong); }, ThrowsMessage<InputError>(HasSubstr("has no expert")));
+}
+
+TEST_F(PlanTest, NotesNameSettingsOfContractsWithoutEffect) {
+  const auto contract = folder_.path() / "mine.yaml";
+  std::filesystem::copy_file(ModelsFolder() / "policies/groot_bimanual_panda.yaml", contract);
+  std::ofstream(contract, std::ios::app)
+      << "prompts: {lift_pot: up, lift_tray: up, lift_pt: up, lift_pot/position: up}\n";
+  const std::string start = "mine: " + contract.string() + ": ";
+  EXPECT_THAT(
+      NotesOf(Read("policies: [mine.yaml]\ntasks: lift_pot/position\n")),
+      ElementsAre(
+          start +
+              "batch_size has no effect in a plan, whose runs each have their own connection to the server",
+          start + "prompts: there is no task 'lift_pot/position'",
+          start + "prompts: there is no task 'lift_pt'; did you mean 'lift_pot'?"));
+  EXPECT_THAT(NotesOf(Read(kSmall)), ElementsAre());
 }
 
 TEST_F(PlanTest, MistakesAreReportedAtTheirLocation) {

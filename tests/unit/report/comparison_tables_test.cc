@@ -12,6 +12,7 @@ SuccessComparison Success(int successes, int baseline_successes, double differen
   success.successes = successes;
   success.baseline_successes = baseline_successes;
   success.trials = success.baseline_trials = 50;
+  success.samples = success;
   success.difference = difference;
   success.difference_95 = {difference - 0.1, difference + 0.125};
   success.p_adjusted = p;
@@ -40,6 +41,16 @@ TEST(SuccessTable, HasARowPerTaskAndOneForAll) {
             (std::vector<std::string>{"lift_tray/base", "new_<1>", "10/50 (11 to 33 %)", "50 % & more",
                                       "11/50 (13 to 35 %)", "-2.0", "-12.0 to 10.5", "1.000"}));
   EXPECT_EQ(table.rows[3][0], "all");
+}
+
+// Wilson's interval of 1 of 1 begins at 1 / (1 + z^2) = 0.207.
+TEST(SuccessTable, EqualEpisodesCountAsOneInTheInterval) {
+  Comparison comparison = Example();
+  comparison.success = Success(50, 50, 0, 1);
+  comparison.success.samples.trials = 1;
+  const TextTable table = SuccessTable({comparison});
+  EXPECT_EQ(table.rows[0][2], "50/50 (21 to 100 %)");
+  EXPECT_EQ(table.rows[0][4], "50/50 (93 to 100 %)");
 }
 
 TEST(ComparisonMarkdown, IsATableWithEscapedNames) {

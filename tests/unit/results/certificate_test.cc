@@ -58,6 +58,13 @@ TEST_F(CertificateTest, NoFlipIsStatedFirst) {
   EXPECT_THAT(certificate.comparisons[0].comparison.remarks, testing::IsEmpty());
 }
 
+// Wilson's upper bound of 0 in 1: z^2 / (1 + z^2) = 3.8415 / 4.8415.
+TEST_F(CertificateTest, EqualPairsCountAsOneInTheInterval) {
+  const Certificate certificate = Certify(
+      {{"2.2.2", {Stages("2.2.2", {"11", "11", "11"})}}, {"3.3.3", {Stages("3.3.3", {"11", "11", "11"})}}});
+  EXPECT_THAT(CertificateText(certificate, {}), HasSubstr("0 of 3      0 to 79 %"));
+}
+
 TEST_F(CertificateTest, FlipsAreCountedAndTested) {
   // From one engine to the other, expert loses 6 seeds; noisy loses one and gains one.
   const Certificate certificate =

@@ -123,6 +123,7 @@ TEST_F(CompareTest, HeadlineStatesPIfTheIntervalExcludes0) {
   // A bound close to 0 is not shown as 0.
   result.success.difference_95 = {.lower = -0.81, .upper = -0.003};
   EXPECT_THAT(Headline(result), testing::HasSubstr("95 % CI -81.0 to -0.3, but p = 0.063"));
+  EXPECT_THAT(ComparisonText(result, false), testing::HasSubstr("   -81.0 to     -0.3   0.063"));
 }
 
 // 22 um of a distance in meters, whose means have three decimals.

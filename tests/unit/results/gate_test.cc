@@ -60,6 +60,21 @@ TEST_F(GateTest, EqualRunsPassFromFiftyNinePairsOn) {
       "twice\n");
 }
 
+// In binary, 0.9 - 0.7 is greater than 0.2.
+TEST_F(GateTest, AConstantLossEqualToTheMarginPasses) {
+  const auto with = [](double slips) {
+    return [slips](int, ordered_json* line) { (*line)["metrics"]["slip_count"] = slips; };
+  };
+  const RecordedRuns run = Of("a", 100, 100, with(0.9)), baseline = Of("b", 100, 100, with(0.7));
+  const auto verdict = [&](const char* margin) {
+    GateOptions options;
+    options.on = {std::string("slips:") + margin};
+    return Decide(run, baseline, options).criteria.at(1).verdict;
+  };
+  EXPECT_EQ(verdict("0.2"), GateVerdict::kPass);
+  EXPECT_EQ(verdict("0.1999"), GateVerdict::kFail);
+}
+
 TEST_F(GateTest, ALossBeyondTheMarginFails) {
   const Gate gate = Decide(Of("a", 30, 60), Of("b", 60, 60), {});
   EXPECT_EQ(gate.verdict, GateVerdict::kFail);

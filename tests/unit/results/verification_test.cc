@@ -30,6 +30,17 @@ TEST(Verification, ASummaryOfAnInterruptedSuiteIsANote) {
   EXPECT_THAT(some.notes, Contains(HasSubstr("0 of 1 tasks: the suite was interrupted")));
 }
 
+TEST(Verification, MissingManifestsAreOneNote) {
+  const TemporaryFolder folder;
+  const auto suite = folder.path() / "suite";
+  WriteRun(suite / "run", RunInfo(1), {EpisodeLine(0)});
+  WriteFile(suite / "suite.json", R"({"runs": ["run"]})");
+  Verification result;
+  VerifyHashes(suite, &result);
+  EXPECT_THAT(result.notes,
+              testing::ElementsAre(testing::StartsWith((suite / "manifest.json").string() + ": missing")));
+}
+
 TEST(Verification, AChangedSummaryIsAFinding) {
   EXPECT_THAT(Verified(R"({"by_variation": {"a": {}, "b": {}}})").findings,
               Contains(HasSubstr("2 tasks in by_variation, the suite has 1")));

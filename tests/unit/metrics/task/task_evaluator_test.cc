@@ -216,10 +216,12 @@ TEST_F(ExpressionTest, ReportsMistakesWithFileAndLine) {
               HasSubstr("all, any, distance, height_above, holding, inside, joint_fraction, joint_speed, "
                         "lasts, latched, lift, "));
   EXPECT_THAT(predicate, EndsWith("on, position, reached, speed, tilt, tilt_below, touching"));
-  const std::string quantity = QuantityError(Call("dist", {}));
-  EXPECT_THAT(quantity, StartsWith("t.yaml:3: there is no quantity 'dist'; expected one of distance, "
+  const std::string quantity = QuantityError(Call("height", {}));
+  EXPECT_THAT(quantity, StartsWith("t.yaml:3: there is no quantity 'height'; expected one of distance, "
                                    "joint_fraction, joint_speed, lift, "));
   EXPECT_THAT(quantity, EndsWith("position, speed, tilt"));
+  EXPECT_EQ(QuantityError(Call("dist", {})),
+            "t.yaml:3: there is no quantity 'dist'; did you mean 'distance'?");
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "left"}})),
             "t.yaml:3: key 'object': required here, but missing in 'holding'");
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "left"}, {"object", "pot"}, {"arm", "left"}})),

@@ -165,7 +165,12 @@ TEST(Contract, AConstantIsATextOrNumbersOrAnInteger) {
         .observation[2]
         .constant;
   };
-  EXPECT_EQ(constant("7"), Value("7"));
+  EXPECT_EQ(constant("'7'"), Value("7"));
+  EXPECT_EQ(constant("v1.0"), Value("v1.0"));
+  EXPECT_EQ(
+      ErrorWith("prompt: true", "constant: 7"),
+      "mine.yaml:8: key 'constant': expected {integer: 7} for a whole number, [7] for a float32 or '7' for a "
+      "text, got 7 without quotes");
   EXPECT_EQ(constant("[7]"), Value(FloatArray({7}, {1})));
   EXPECT_EQ(constant("{integer: 7}"), Value(7));
   EXPECT_EQ(constant("{integer: -1}"), Value(-1));
@@ -186,7 +191,7 @@ TEST(Contract, JsonHasTheValuesOfConstantsAndTheFirstStep) {
   };
   EXPECT_EQ(constant("[0, 0.5, 1]"), "[0.0,0.5,1.0]");
   EXPECT_EQ(constant("[5, 0.5, 1]"), "[5.0,0.5,1.0]");
-  EXPECT_EQ(constant("7"), "\"7\"");
+  EXPECT_EQ(constant("'7'"), "\"7\"");
   EXPECT_EQ(constant("{integer: 7}"), "{\"integer\":7}");
   const std::string text(300, 'a');
   EXPECT_EQ(constant(text), "\"" + text + "\"");
