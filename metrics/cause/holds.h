@@ -36,7 +36,8 @@ struct CauseHold {
   double first_height = 0, contact_height = 0, peak_height = 0;
 };
 
-// A hold begins when a pad touches the object and the gripper has closed by kClosed from its largest opening.
+// A hold begins when a pad touches the object and the gripper has closed by kClosed from its largest opening
+// and, if commands are known, is commanded to close by at least kClosed.
 // It ends after kPatience without contact. It also ends if the gripper has been open by kOpened more than its
 // minimum for kPatience and not both fingers touch the object. For this, the commanded opening, if known, is
 // used instead of the measured one, because a strong gripper bounces on the object, and an object that slips
@@ -101,6 +102,8 @@ class Holds {
     const double opening = sample.opening[gripper];
     pair.widest = std::max(pair.widest, opening);
     if (opening > (pair.was_opened ? pair.widest : widest_[gripper]) - kClosed) return;
+    // A contact may push the fingers of an open gripper together.
+    if (!sample.closing.empty() && sample.closing[gripper] < kClosed) return;
     if (!sample.touching[index]) return;
     pair = {.hold = static_cast<int>(holds_.size()),
             .narrowest = std::numeric_limits<double>::infinity(),

@@ -592,6 +592,18 @@ TEST_F(CauseFinderTest, AClosedHandPushesTheObjectOffItsSupport) {
          "pot reached 1.000 m, at least 1.1 m is needed.");
 }
 
+TEST_F(CauseFinderTest, AGripperThatIsCommandedOpenLosesNothing) {
+  closing_ = {0, 0};
+  Move(10);
+  opening_[kRight] = 0.93;  // the pot pushes a finger
+  touching_[kRight] = 1;
+  Move(20);
+  opening_[kRight] = 1;
+  touching_[kRight] = 0;
+  Move(300);
+  EXPECT_NE(Find().kind, "lost_object") << Find().text;
+}
+
 TEST_F(CauseFinderTest, AnObjectThatIsTouchedAfterAPushDidNotFallByThePush) {
   Move(10);
   opening_[kRight] = 0;
