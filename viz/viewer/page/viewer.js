@@ -65,7 +65,7 @@ Evalbus.Viewer = class {
     this.showAll();
     Promise.resolve(this.source.start()).catch((error) => this.complain(error));
     this.last = performance.now();
-    requestAnimationFrame((now) => this.frame(now));
+    this.wake();
   }
 
   bindParts() {
@@ -115,6 +115,7 @@ Evalbus.Viewer = class {
   }
 
   hearRun(head) {
+    this.wake();
     const run = this.runOf(head.run);
     // A restarted server may use the number for a different run. While a server runs, task and policy may become known later.
     const keys = run.isStale ? ["name", "policy", "task", "variation"] : ["name"];
@@ -158,6 +159,7 @@ Evalbus.Viewer = class {
   }
 
   hearTrack(track) {
+    this.wake();
     const run = this.runOf(track.run);
     const before = run.track;
     run.track = track;
@@ -176,6 +178,7 @@ Evalbus.Viewer = class {
   }
 
   hearTicks(track) {
+    this.wake();
     if (this.tracks[0] !== track) return;
     this.setLength();
     this.areNumbersOld = true;
@@ -448,6 +451,7 @@ Evalbus.Viewer = class {
   // ---- 3D image
 
   setSeen(isSeen) {
+    this.wake();
     this.isSeen = isSeen;
     if (isSeen && !this.scene && !this.sceneProblem) this.buildScene();
     if (!isSeen && this.scene && this.isPacked) {
@@ -474,6 +478,7 @@ Evalbus.Viewer = class {
       if (typeof THREE === "undefined") throw new Error("three.js was not loaded");
       if (!this.scene) {
         this.scene = new Evalbus.SceneView(this.parts.view, this.assets, this.palette);
+        this.scene.onDirty = () => this.wake();
         this.scene.onCamera = (name) => { this.parts.camera.value = name || ""; };
         Object.assign(this.scene.layers, this.layers);
         if (this.isPacked) this.scene.zoomOnFocus();
@@ -673,6 +678,7 @@ Evalbus.Viewer = class {
   }
 
   showTransport() {
+    this.wake();
     const p = this.parts, player = this.player;
     const isPlaying = this.isPlaying();
     if (p.play.dataset.playing !== String(isPlaying)) {
@@ -691,10 +697,41 @@ Evalbus.Viewer = class {
     if (twin) Evalbus.setText(p.sameSeed, `Same seed in ${twin.name}`);
   }
 
-  frame(now) {
-    // The next frame is requested first, because an exception below must not end the animation.
+  // Requests an animation frame. Must be called after every change that frame() handles, because a page at rest requests no
+  // frames.
+  wake() {
+    this.isWoken = true;
+    if (this.isAwake) return;
+    this.isAwake = true;
+    const now = performance.now();
+    // Playback does not continue during a rest, but the end of an episode remains on the screen.
+    if (this.player.tick >= this.player.last) this.player.rested_s += (now - this.last) / 1000;
+    this.last = now;
     requestAnimationFrame((next) => this.frame(next));
-    const elapsed_s = (now - this.last) / 1000;
+  }
+
+  // Returns whether the next animation frame shows something new even if nothing calls wake().
+  isBusy() {
+    const { player } = this;
+    if (this.hasDrawn || this.areNumbersOld) return true;
+    if (!player.isFollowing) return player.isPlaying;
+    const run = this.runs.get(this.shownRun), next = run && run.track;
+    return player.tick < player.last || Boolean(next && next !== this.tracks[0] && next.ticks > 0);
+  }
+
+  frame(now) {
+    this.isWoken = false;
+    try {
+      this.advance(now);
+    } finally {
+      // An exception must not end the animation.
+      this.isAwake = this.isWoken || this.isBusy();
+      if (this.isAwake) requestAnimationFrame((next) => this.frame(next));
+    }
+  }
+
+  advance(now) {
+    const elapsed_s = Math.max(0, now - this.last) / 1000;
     if (this.hasDrawn && this.scene) this.scene.adapt(now - this.last);
     this.last = now;
     const hasMoved = this.player.advance(elapsed_s);
