@@ -298,7 +298,7 @@ Evalbus.Viewer = class {
       if (turn !== this.turn) return;
       // Opening is retried when the connection is restored.
       if (this.connectionState === "lost") this.missed = [run, episode, time_s, isPlaying];
-      this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
+      this.complainOf(run, episode, error);
     } finally {
       if (turn === this.turn) this.isOpening = null;
     }
@@ -323,7 +323,7 @@ Evalbus.Viewer = class {
       this.player.isFollowing = false;
       this.setTracks([this.tracks[0], track]);
     } catch (error) {
-      if (!isOutdated()) this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
+      if (!isOutdated()) this.complainOf(run, episode, error);
     }
     this.showAll();
   }
@@ -557,8 +557,10 @@ Evalbus.Viewer = class {
     const run = this.runs.get(this.shownRun);
     const info = this.views && !this.views.isPlayer ? this.views.info() : run ? run.info : {};
     const p = this.parts;
-    Evalbus.setText(p.title, Evalbus.words(info.name) || (this.isPacked ? "Episodes" : "evalbus"));
+    const name = Evalbus.words(info.name);
+    Evalbus.setText(p.title, name || (this.isPacked ? "Episodes" : "evalbus"));
     const task = [Evalbus.words(info.task), Evalbus.words(info.variation)].filter(Boolean).join("/");
+    if (!this.isPacked) this.showTitle(name === "evalbus" ? "" : name);
     Evalbus.setText(p.subtitle, [task, Evalbus.words(info.policy), Evalbus.words(info.clock)].filter(Boolean).join(" · "));
     Evalbus.setText(p.rate, info.judged ? `${info.successes} of ${info.judged} · ${Evalbus.percent(info.rate)}` : "");
     // If the shown run has finished and others have not, the state of all runs together is shown.
@@ -574,6 +576,12 @@ Evalbus.Viewer = class {
     p.state.dataset.kind = kind;
     Evalbus.setText(p.state, text);
     p.follow.hidden = this.isPacked || info.is_live === false;
+  }
+
+  // Sets the title of the browser's tab.
+  showTitle(name) {
+    const title = name ? `${name} – evalbus` : "evalbus";
+    if (document.title !== title) document.title = title;
   }
 
   showRun() {
@@ -603,6 +611,12 @@ Evalbus.Viewer = class {
     const run = this.runs.get(this.wanted.run);
     if (!run) return `This page has no run ${this.wanted.run}.`;
     return run.info.is_over ? `${Evalbus.runName(run.info)} has no episode ${this.wanted.episode}.` : `Episode ${this.wanted.episode} has not begun yet.`;
+  }
+
+  // Reports that an episode could not be loaded.
+  complainOf(run, episode, error) {
+    const isKnown = this.runs.has(run) || this.runs.size === 0;
+    this.complain(new Error(isKnown ? `episode ${episode} cannot be shown: ${error.message}` : `This page has no run ${run}.`));
   }
 
   complain(error) {
@@ -849,10 +863,10 @@ Evalbus.Viewer = class {
     const match = /^#view:(.*)$/.exec(hash);
     if (!match) return null;
     const values = Object.fromEntries(match[1].split(",").map((pair) => pair.split("=")));
-    const episode = Number(values.episode);
-    if (!Number.isInteger(episode)) return null;
+    const run = Number(values.run || 0), episode = Number(values.episode || NaN);
+    if (![run, episode].every((one) => Number.isInteger(one) && one >= 0)) return null;
     const other = /^(\d+)\/(\d+)(?:\/(beside))?$/.exec(values.other || "");
-    return { run: Number(values.run || 0), episode, time: values.t === undefined ? undefined : Number(values.t) || 0,
+    return { run, episode, time: values.t === undefined ? undefined : Number(values.t) || 0,
       other: other && [Number(other[1]), Number(other[2]), Boolean(other[3])] };
   }
 
