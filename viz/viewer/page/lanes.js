@@ -116,7 +116,7 @@ Evalbus.lanes = {
       if (!Evalbus.eventMarks[event.kind]) continue;
       const x = timeline.xOf(event.tick * track.tickSeconds);
       Evalbus.eventMarks[event.kind](context, x, top + height / 2, timeline.palette, track);
-      timeline.mark(lane, x, x, `${(event.tick * track.tickSeconds).toFixed(2)} s · ${Evalbus.words(event.text)}`, true);
+      timeline.mark(lane, x, x, `${(event.tick * track.tickSeconds).toFixed(2)} s · ${Evalbus.eventText(event)}`, true);
     }
   },
 
