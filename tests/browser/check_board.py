@@ -400,12 +400,30 @@ def check_plan(browser, evalbus, plan, folder, found):
         wait_until(browser, "evalbusViewer.summary().hasImage", "a single run does not open with its episode")
         if browser.evaluate(f"{VIEWS}.name") != "player":
             found.append("a single run does not open in the player")
+        browser.evaluate("evalbusViewer.seek(3)")
+        check_rest(browser, found)
+        # The page was opened without a fragment, so "back" returns to this URL.
+        browser.evaluate("history.replaceState(null, '', location.pathname); location.hash = '#/board'")
+        frame(browser)
+        check_rest(browser, found)
+        browser.evaluate("history.back()")
+        wait_until(browser, f"{VIEWS}.isPlayer", "the back button does not return to the player", 20)
         browser.evaluate("location.hash = '#/board'")
         frame(browser)
         heading = browser.evaluate("document.querySelector('.ev-board h1').textContent")
         summary = json.loads((policies[0][1] / "summary.json").read_text())
         if f"({summary['successes']} of {summary['complete']}), 95 % CI " not in heading:
             found.append(f"the heading of a single run is {heading!r}")
+
+
+def check_rest(browser, found):
+    """Checks that a page at rest requests no animation frames."""
+    wait_until(browser, "!evalbusViewer.isAwake", "the page does not come to rest", 60)
+    browser.evaluate("window.realFrame = requestAnimationFrame; window.frames_requested = 0;"
+                     " window.requestAnimationFrame = (f) => { ++frames_requested; return realFrame(f); }")
+    browser.evaluate("new Promise((done) => { let count = 0; const next = () => ++count < 10 ? realFrame(next) : done(); next(); })")
+    if browser.evaluate("window.requestAnimationFrame = realFrame; frames_requested") != 0:
+        found.append("a page at rest requests animation frames")
 
 
 def check_interrupted(browser, evalbus, runs, found):

@@ -21,6 +21,9 @@
   expect("axis around zero", Evalbus.axisTexts([-20, 0, 20]), ["−20", "0", "20"]);
   expect("axis with a rounding error", Evalbus.axisTexts([0.25, 0.1 + 0.2]), ["0.25", "0.30"]);
 
+  expect("texts of events", [{ kind: "slip", text: "blue_cube slips from left" }, { kind: "collision", text: "left_pad touches table" }].map(Evalbus.eventText),
+    ["blue cube slips from left", "left_pad touches table"]);
+
   const outcomeOf = (head) => Evalbus.Track.prototype.outcome.call({ head });
   expect("outcome without a score", outcomeOf({ is_over: true, complete: null, success: null, failure_reason: null }), "running");
   expect("outcome without a verdict", outcomeOf({ is_over: true, complete: true, success: null, failure_reason: "not_judged" }), "unjudged");

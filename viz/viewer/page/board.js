@@ -14,9 +14,10 @@ Evalbus.Board = class {
     this.remarks = e("div");
     this.seeds = new Evalbus.Seeds(viewer, hover);
     this.funnel = e("div", { class: "ev-funnels" });
+    this.funnelTitle = e("h2", {}, "How far the episodes get");
     place.append(this.title, this.progress,
       e("div", { class: "ev-scroll", tabindex: "0", role: "region", "aria-label": "success of the policies" }, this.table), this.remarks,
-      e("h2", {}, "Seeds"), this.seeds.place, e("h2", {}, "How far the episodes get"), this.funnel);
+      e("h2", {}, "Seeds"), this.seeds.place, this.funnelTitle, this.funnel);
   }
 
   hear(head) {
@@ -44,17 +45,24 @@ Evalbus.Board = class {
     const { policies } = this.head;
     const done = policies.reduce((sum, policy) => sum + policy.all.done, 0);
     const { planned, is_over } = this.head;
-    const count = (n) => n.toLocaleString("en");
+    const count = (n) => n.toLocaleString("en"), most = Math.max(done, planned);
     Evalbus.setText(this.title, Evalbus.words(this.head.verdict) || this.answer() || "Overview");
-    Evalbus.setText(this.progress, `${count(done)}${done < planned ? ` of ${count(planned)}` : ""} episodes; ${is_over ? "95 % intervals (Wilson)"
+    Evalbus.setText(this.progress, `${count(done)}${done < planned ? ` of ${count(planned)}` : ""} ${most === 1 ? "episode" : "episodes"}; ${is_over ? "95 % intervals (Wilson)"
       : "rates of unfinished policies have anytime-valid intervals, differences are preliminary"}`);
-    const layout = JSON.stringify(this.head);
+    const problems = this.problems();
+    const layout = JSON.stringify([this.head, problems]);
     if (layout !== this.layout) {
       this.layout = layout;
-      this.showTable();
+      this.showTable(problems);
       this.showFunnel();
     }
     this.seeds.show(this);
+  }
+
+  // Returns the remarks on the runs, such as that a file of a run cannot be read.
+  problems() {
+    return [...this.viewer.runs.values()].filter(({ info }) => !info.is_replaced)
+      .flatMap(({ info }) => (info.remarks || []).map((remark) => `${Evalbus.runName(info)}: ${Evalbus.words(remark)}`));
   }
 
   // Returns the result of a single policy in one sentence; empty while episodes are missing.
@@ -65,7 +73,8 @@ Evalbus.Board = class {
     return `${Evalbus.words(policy.name)} succeeds in ${Evalbus.percent(rate)} (${successes.toLocaleString("en")} of ${judged.toLocaleString("en")}), 95 % CI ${Evalbus.percentRange(interval)}`;
   }
 
-  showTable() {
+  // problems: remarks to show below the table.
+  showTable(problems) {
     const e = Evalbus.element, { tasks, policies } = this.head;
     const many = tasks.length > 1;
     const title = (text, hint) => e("th", { scope: "col", title: hint }, text);
@@ -76,7 +85,7 @@ Evalbus.Board = class {
       many ? null : title("time to success", "mean over the successes"), title("slips per grasp"));
     this.table.replaceChildren(e("thead", {}, head), e("tbody", {}, policies.map((policy, k) => this.policyRow(policy, k))));
     const remarks = policies.filter((policy) => policy.against && policy.against.remark)
-      .map((policy) => `${Evalbus.words(policy.name)}: ${Evalbus.words(policy.against.remark)}`);
+      .map((policy) => `${Evalbus.words(policy.name)}: ${Evalbus.words(policy.against.remark)}`).concat(problems);
     // An interval that counts equal episodes once would contradict the shown counts without a note.
     policies.forEach((policy) => policy.cells.forEach((cell, task) => cell && cell.samples
       && remarks.push(`${Evalbus.words(policy.name)}, ${Evalbus.spaced(this.head.tasks[task].name)}: ${Evalbus.words(cell.samples)}`)));
@@ -103,7 +112,7 @@ Evalbus.Board = class {
   rate(counted, policy, task) {
     const e = Evalbus.element;
     if (!counted) return "";
-    if (!counted.judged) return e("span", { class: "ev-note" }, counted.done ? "not judged" : "no episode yet");
+    if (!counted.judged) return e("span", { class: "ev-note" }, !counted.done ? "no episode yet" : counted.complete ? "not judged" : "not scored");
     const [lower, upper] = counted.interval;
     const interval = e("i", { class: "ev-interval" }), mark = e("i", { class: "ev-rate-mark" });
     interval.style.left = `${100 * lower}%`;
@@ -160,6 +169,7 @@ Evalbus.Board = class {
           e("thead", {}, e("tr", {}, e("td", {}), indices.map(stage), e("th", { scope: "col" }, "success"))),
           e("tbody", {}, policies.map(line))));
     }).filter(Boolean));
+    this.funnelTitle.hidden = !this.funnel.childElementCount;
     if (policies.some((policy) => policy.cells.some((cell) => cell && cell.successes_without_stage)))
       this.funnel.append(e("p", { class: "ev-note" }, "Stages are not conditions of success: some successes did not reach every stage."));
   }

@@ -126,7 +126,7 @@ Evalbus.Conditions = class {
     this.events.replaceChildren(...shown.map((event) => Evalbus.element("li", {},
       Evalbus.element("button", { type: "button", onclick: () => this.onSeek(event.tick) },
         Evalbus.element("span", { class: "ev-time-of" }, Evalbus.seconds(event.tick * track.tickSeconds)),
-        Evalbus.element("span", { class: "ev-name" }, Evalbus.words(event.text))))));
+        Evalbus.element("span", { class: "ev-name" }, Evalbus.eventText(event))))));
     if (events.length > shown.length) {
       this.events.append(Evalbus.element("li", { class: "ev-note" }, `and ${events.length - shown.length} more`));
     }

@@ -42,6 +42,10 @@ Evalbus.words = (text) => String(text === null || text === undefined ? "" : text
 // Replaces underscores by spaces: "left_gripper_touches_pot" becomes "left gripper touches pot".
 Evalbus.spaced = (name) => Evalbus.words(name).replace(/_/g, " ");
 
+// Returns the text of an event. Texts of grasps, releases and slips contain names of objects; other texts may contain file names
+// or names of geoms, which are not changed.
+Evalbus.eventText = ({ kind, text }) => (["grasp", "release", "slip"].includes(kind) ? Evalbus.spaced(text) : Evalbus.words(text));
+
 // Returns the key of a row's episode, "run/episode".
 Evalbus.keyOf = (row) => `${row.run}/${row.episode}`;
 

@@ -148,6 +148,9 @@ Evalbus.Episodes = class extends Evalbus.RowList {
   }
 };
 
+// Returns the note on an episode, marked by a pencil, or the sentence of its cause. In ascending order, notes come first.
+Evalbus.noteOrCause = (row) => (row.note ? `✎ ${Evalbus.words(row.note)}` : Evalbus.words(row.cause_text || row.text));
+
 Evalbus.isFailure = (row) => Evalbus.resultOf(row) === "failure" && row.has_track !== false;
 
 Evalbus.Episodes.COLUMNS = [
@@ -156,13 +159,12 @@ Evalbus.Episodes.COLUMNS = [
   { name: "policy", title: "policy", value: (row) => row.policy, text: (row) => Evalbus.words(row.policy) },
   { name: "task", title: "task", value: Evalbus.FILTER_TEXTS.task, text: (row) => Evalbus.spaced(Evalbus.FILTER_TEXTS.task(row)) },
   { name: "episode", title: "episode", value: (row) => row.episode, text: (row) => String(row.episode) },
-  { name: "reason", title: "reason", value: Evalbus.FILTER_TEXTS.reason, text: (row) => Evalbus.reasonText(Evalbus.FILTER_TEXTS.reason(row)) },
+  { name: "reason", title: "reason", value: (row) => Evalbus.reasonText(Evalbus.FILTER_TEXTS.reason(row)), text: (row) => Evalbus.reasonText(Evalbus.FILTER_TEXTS.reason(row)) },
   { name: "time", title: "end", value: (row) => row.time_s, text: (row) => Evalbus.seconds(row.time_s) },
   { name: "slips", title: "slips", value: (row) => row.slips, text: (row) => Evalbus.number(row.slips) },
   { name: "grasps", title: "grasps", value: (row) => row.grasps, text: (row) => Evalbus.number(row.grasps) },
   { name: "stages", title: "stages", value: (row) => row.stages, text: (row) => Evalbus.number(row.stages) },
-  { name: "text", title: "note, cause", value: (row) => row.note || "",
-    text: (row) => (row.note ? `✎ ${Evalbus.words(row.note)}` : Evalbus.words(row.cause_text || row.text)) },
+  { name: "text", title: "note, cause", value: (row) => Evalbus.noteOrCause(row), text: (row) => Evalbus.noteOrCause(row) },
 ];
 
 // Shows failures as images of their decisive moments, grouped by reason. The image under the pointer or with the keyboard

@@ -33,6 +33,12 @@ Evalbus.lanes = {
       free = left + size + 1;
       return { flag, x, left };
     });
+    // Flags at the end of the plot are moved to the left, so that all of them are visible.
+    let end = timeline.plotRight + 7;
+    for (const place of places.filter(({ x }) => x <= end).reverse()) {
+      place.left = Math.min(place.left, end - size);
+      end = place.left - 1;
+    }
     for (const band of bands) {
       const from = timeline.xOf(seconds(band.from)), to = timeline.xOf(seconds(band.to));
       context.fillStyle = palette.rule;
@@ -110,7 +116,7 @@ Evalbus.lanes = {
       if (!Evalbus.eventMarks[event.kind]) continue;
       const x = timeline.xOf(event.tick * track.tickSeconds);
       Evalbus.eventMarks[event.kind](context, x, top + height / 2, timeline.palette, track);
-      timeline.mark(lane, x, x, `${(event.tick * track.tickSeconds).toFixed(2)} s · ${Evalbus.words(event.text)}`, true);
+      timeline.mark(lane, x, x, `${(event.tick * track.tickSeconds).toFixed(2)} s · ${Evalbus.eventText(event)}`, true);
     }
   },
 

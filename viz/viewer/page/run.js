@@ -92,7 +92,11 @@ Evalbus.EpisodeList = class extends Evalbus.RowList {
     event.preventDefault();
     event.stopPropagation();
     const at = this.rows.findIndex((row) => `${row.run}/${row.episode}` === this.current);
-    const row = this.rows[Math.max(0, Math.min(this.rows.length - 1, at + way))];
+    // Episodes that cannot be opened are skipped.
+    let to = Math.max(0, Math.min(this.rows.length - 1, at + way));
+    while (this.rows[to] && !this.actions.canOpen(this.rows[to])) to += Math.sign(way);
+    const row = this.rows[to];
+    if (!row) return;
     this.actions.open(row);
     this.reveal(row);
   }
@@ -138,7 +142,7 @@ Evalbus.RunPanel = class {
     const kind = info.interval_kind === "anytime" ? "anytime-valid" : Evalbus.words(info.interval_kind);
     Evalbus.setText(this.rateText, info.judged
       ? `${info.successes} of ${info.judged}${interval ? `; 95 % interval ${Evalbus.percentRange(interval)}`
-        + `${kind ? ` (${kind})` : ""}` : ""}` : info.complete ? "no episode has a verdict" : "no episode is scored yet");
+        + `${kind ? ` (${kind})` : ""}` : ""}` : info.complete ? "no episode has a verdict" : info.is_over ? "no episode is scored" : "no episode is scored yet");
     this.interval.hidden = !interval;
     if (interval) {
       this.interval.style.left = `${100 * interval[0]}%`;

@@ -1,5 +1,5 @@
 // The 3D image: a canvas that shows one or two episodes, and the cameras of the canvas. It is redrawn only if something has
-// changed.
+// changed: `isDirty` is then set, which calls onDirty().
 "use strict";
 
 Evalbus.SceneView = class {
@@ -8,6 +8,7 @@ Evalbus.SceneView = class {
     this.place = place;
     this.assets = assets;
     this.palette = palette;
+    this.onDirty = () => {};
     this.canvas = Evalbus.element("canvas", { class: "ev-canvas", "aria-label": "the scene in 3D" });
     // The context is requested here, because three.js would log errors to the console if WebGL is missing.
     const options = { antialias: true, alpha: false, powerPreference: "high-performance", stencil: false };
@@ -63,6 +64,13 @@ Evalbus.SceneView = class {
     this.slow = 0;
     this.ratio = Math.min(window.devicePixelRatio || 1, 2);
     this.resize();
+  }
+
+  get isDirty() { return this.hasChanged; }
+
+  set isDirty(isDirty) {
+    this.hasChanged = isDirty;
+    if (isDirty) this.onDirty();
   }
 
   // In a page that scrolls, one finger that moves up or down on the image scrolls the page (with `touch-action: pan-y` of the

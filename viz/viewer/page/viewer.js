@@ -65,7 +65,7 @@ Evalbus.Viewer = class {
     this.showAll();
     Promise.resolve(this.source.start()).catch((error) => this.complain(error));
     this.last = performance.now();
-    requestAnimationFrame((now) => this.frame(now));
+    this.wake();
   }
 
   bindParts() {
@@ -115,6 +115,7 @@ Evalbus.Viewer = class {
   }
 
   hearRun(head) {
+    this.wake();
     const run = this.runOf(head.run);
     // A restarted server may use the number for a different run. While a server runs, task and policy may become known later.
     const keys = run.isStale ? ["name", "policy", "task", "variation"] : ["name"];
@@ -158,6 +159,7 @@ Evalbus.Viewer = class {
   }
 
   hearTrack(track) {
+    this.wake();
     const run = this.runOf(track.run);
     const before = run.track;
     run.track = track;
@@ -176,6 +178,7 @@ Evalbus.Viewer = class {
   }
 
   hearTicks(track) {
+    this.wake();
     if (this.tracks[0] !== track) return;
     this.setLength();
     this.areNumbersOld = true;
@@ -295,7 +298,7 @@ Evalbus.Viewer = class {
       if (turn !== this.turn) return;
       // Opening is retried when the connection is restored.
       if (this.connectionState === "lost") this.missed = [run, episode, time_s, isPlaying];
-      this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
+      this.complainOf(run, episode, error);
     } finally {
       if (turn === this.turn) this.isOpening = null;
     }
@@ -320,7 +323,7 @@ Evalbus.Viewer = class {
       this.player.isFollowing = false;
       this.setTracks([this.tracks[0], track]);
     } catch (error) {
-      if (!isOutdated()) this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
+      if (!isOutdated()) this.complainOf(run, episode, error);
     }
     this.showAll();
   }
@@ -448,6 +451,7 @@ Evalbus.Viewer = class {
   // ---- 3D image
 
   setSeen(isSeen) {
+    this.wake();
     this.isSeen = isSeen;
     if (isSeen && !this.scene && !this.sceneProblem) this.buildScene();
     if (!isSeen && this.scene && this.isPacked) {
@@ -474,6 +478,7 @@ Evalbus.Viewer = class {
       if (typeof THREE === "undefined") throw new Error("three.js was not loaded");
       if (!this.scene) {
         this.scene = new Evalbus.SceneView(this.parts.view, this.assets, this.palette);
+        this.scene.onDirty = () => this.wake();
         this.scene.onCamera = (name) => { this.parts.camera.value = name || ""; };
         Object.assign(this.scene.layers, this.layers);
         if (this.isPacked) this.scene.zoomOnFocus();
@@ -552,8 +557,10 @@ Evalbus.Viewer = class {
     const run = this.runs.get(this.shownRun);
     const info = this.views && !this.views.isPlayer ? this.views.info() : run ? run.info : {};
     const p = this.parts;
-    Evalbus.setText(p.title, Evalbus.words(info.name) || (this.isPacked ? "Episodes" : "evalbus"));
+    const name = Evalbus.words(info.name);
+    Evalbus.setText(p.title, name || (this.isPacked ? "Episodes" : "evalbus"));
     const task = [Evalbus.words(info.task), Evalbus.words(info.variation)].filter(Boolean).join("/");
+    if (!this.isPacked) this.showTitle(name === "evalbus" ? "" : name);
     Evalbus.setText(p.subtitle, [task, Evalbus.words(info.policy), Evalbus.words(info.clock)].filter(Boolean).join(" · "));
     Evalbus.setText(p.rate, info.judged ? `${info.successes} of ${info.judged} · ${Evalbus.percent(info.rate)}` : "");
     // If the shown run has finished and others have not, the state of all runs together is shown.
@@ -569,6 +576,12 @@ Evalbus.Viewer = class {
     p.state.dataset.kind = kind;
     Evalbus.setText(p.state, text);
     p.follow.hidden = this.isPacked || info.is_live === false;
+  }
+
+  // Sets the title of the browser's tab.
+  showTitle(name) {
+    const title = name ? `${name} – evalbus` : "evalbus";
+    if (document.title !== title) document.title = title;
   }
 
   showRun() {
@@ -598,6 +611,12 @@ Evalbus.Viewer = class {
     const run = this.runs.get(this.wanted.run);
     if (!run) return `This page has no run ${this.wanted.run}.`;
     return run.info.is_over ? `${Evalbus.runName(run.info)} has no episode ${this.wanted.episode}.` : `Episode ${this.wanted.episode} has not begun yet.`;
+  }
+
+  // Reports that an episode could not be loaded.
+  complainOf(run, episode, error) {
+    const isKnown = this.runs.has(run) || this.runs.size === 0;
+    this.complain(new Error(isKnown ? `episode ${episode} cannot be shown: ${error.message}` : `This page has no run ${run}.`));
   }
 
   complain(error) {
@@ -673,6 +692,7 @@ Evalbus.Viewer = class {
   }
 
   showTransport() {
+    this.wake();
     const p = this.parts, player = this.player;
     const isPlaying = this.isPlaying();
     if (p.play.dataset.playing !== String(isPlaying)) {
@@ -691,10 +711,41 @@ Evalbus.Viewer = class {
     if (twin) Evalbus.setText(p.sameSeed, `Same seed in ${twin.name}`);
   }
 
-  frame(now) {
-    // The next frame is requested first, because an exception below must not end the animation.
+  // Requests an animation frame. Must be called after every change that frame() handles, because a page at rest requests no
+  // frames.
+  wake() {
+    this.isWoken = true;
+    if (this.isAwake) return;
+    this.isAwake = true;
+    const now = performance.now();
+    // Playback does not continue during a rest, but the end of an episode remains on the screen.
+    if (this.player.tick >= this.player.last) this.player.rested_s += (now - this.last) / 1000;
+    this.last = now;
     requestAnimationFrame((next) => this.frame(next));
-    const elapsed_s = (now - this.last) / 1000;
+  }
+
+  // Returns whether the next animation frame shows something new even if nothing calls wake().
+  isBusy() {
+    const { player } = this;
+    if (this.hasDrawn || this.areNumbersOld) return true;
+    if (!player.isFollowing) return player.isPlaying;
+    const run = this.runs.get(this.shownRun), next = run && run.track;
+    return player.tick < player.last || Boolean(next && next !== this.tracks[0] && next.ticks > 0);
+  }
+
+  frame(now) {
+    this.isWoken = false;
+    try {
+      this.advance(now);
+    } finally {
+      // An exception must not end the animation.
+      this.isAwake = this.isWoken || this.isBusy();
+      if (this.isAwake) requestAnimationFrame((next) => this.frame(next));
+    }
+  }
+
+  advance(now) {
+    const elapsed_s = Math.max(0, now - this.last) / 1000;
     if (this.hasDrawn && this.scene) this.scene.adapt(now - this.last);
     this.last = now;
     const hasMoved = this.player.advance(elapsed_s);
@@ -812,10 +863,10 @@ Evalbus.Viewer = class {
     const match = /^#view:(.*)$/.exec(hash);
     if (!match) return null;
     const values = Object.fromEntries(match[1].split(",").map((pair) => pair.split("=")));
-    const episode = Number(values.episode);
-    if (!Number.isInteger(episode)) return null;
+    const run = Number(values.run || 0), episode = Number(values.episode || NaN);
+    if (![run, episode].every((one) => Number.isInteger(one) && one >= 0)) return null;
     const other = /^(\d+)\/(\d+)(?:\/(beside))?$/.exec(values.other || "");
-    return { run: Number(values.run || 0), episode, time: values.t === undefined ? undefined : Number(values.t) || 0,
+    return { run, episode, time: values.t === undefined ? undefined : Number(values.t) || 0,
       other: other && [Number(other[1]), Number(other[2]), Boolean(other[3])] };
   }
 

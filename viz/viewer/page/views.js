@@ -96,6 +96,8 @@ Evalbus.Views = class {
     const match = /^#\/(board|episodes|player)(?::(.*))?$/.exec(hash);
     if (!match) {
       if (hash.startsWith("#view:")) this.choose("player");
+      // The browser's back button may return to the URL without a fragment, with which the page was opened.
+      if (hash === "" && this.board.head) this.choose(this.board.cells > 1 ? "board" : "player");
       return false;
     }
     if (match[1] === "episodes") this.episodes.setFilter(match[2] || "");
