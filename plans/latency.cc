@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <set>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "base/write_whole.h"
 #include "lcmtypes/clock.h"
 #include "plans/plan_run.h"
+#include "policy_bridge/policy_options.h"
 #include "policy_bridge/remote/latency.h"
 #include "report/latency_figure.h"
 #include "results/run_reader.h"
@@ -78,7 +80,17 @@ Plan LatencyPlan(const runner::RunOptions& options, const std::vector<std::strin
   if (plan.tasks.size() != 1) throw InputError("latency: expected one task with one variation");
   const double control_hz = RealRate(plan);
   std::set<std::string> names;
+  // A scripted policy continues its plan from one chunk to the next, so its chunks need not be joined.
+  const bool is_scripted =
+      options.policy.policy != policy::kExternalPolicy && !policy::FindContractOf(options.policy);
+  const bool has_asynchronous = std::ranges::find(executions, "asynchronous") != executions.end();
+  bool is_first = true;
   for (const std::string& execution : executions) {
+    if (execution == "rtc" && is_scripted && has_asynchronous) {
+      fmt::print(stderr,
+                 "note: rtc is left out, because a scripted policy's results equal those of asynchronous\n");
+      continue;
+    }
     RoundedDelays delays(control_hz);
     for (const std::string& delay : delays_ms) {
       const policy::Latency latency = policy::ParseDelay(delay, "--delays", "milliseconds (0 to 60000)");
@@ -88,7 +100,8 @@ Plan LatencyPlan(const runner::RunOptions& options, const std::vector<std::strin
       const PlannedPolicy policy{name, options.policy.policy, options.policy.contract, delay, execution};
       if (delays.Add(latency.fixed_s)) plan.policies.push_back(policy);
     }
-    if (execution == executions.front()) delays.PrintNote();
+    // The delays of each execution mode are rounded alike.
+    if (std::exchange(is_first, false)) delays.PrintNote();
   }
   plan.baseline = plan.policies.at(0).name;
   return OnEngine(std::move(plan), "");

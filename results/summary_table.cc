@@ -85,9 +85,9 @@ std::vector<Statistic> Statistics() {
 
 std::string RateText(const metrics::RunSummary& summary, int width, bool colors) {
   if (summary.judged == 0) return "Success was not judged: poses of objects are missing\n";
-  const std::string rate =
-      fmt::format("Success in {} of {} {}episodes: {}", summary.successes, summary.judged,
-                  summary.judged < summary.complete ? "judged " : "", Percent(summary.success_rate));
+  const std::string rate = fmt::format("Success in {} of {} {}episode{}: {}", summary.successes,
+                                       summary.judged, summary.judged < summary.complete ? "judged " : "",
+                                       summary.judged == 1 ? "" : "s", Percent(summary.success_rate));
   const std::string interval = fmt::format("(95 % interval {}, Wilson)", PercentText(summary.wilson));
   const bool one_line = static_cast<int>(rate.size() + 1 + interval.size()) <= width;
   return Styled(rate, Style::kStrong, colors) + (one_line ? " " : "\n") + interval + "\n";

@@ -119,12 +119,19 @@ std::optional<results::SeedPair> FindPairOfVideo(const results::RecordedRuns& ru
   return pair;
 }
 
+// Returns the numbers of the episodes, the baseline's first, and their seed.
+std::string PairText(const results::SeedPair& pair) {
+  return pair.episode == pair.baseline_episode
+             ? fmt::format("episode {}, seed {}", pair.episode, pair.seed)
+             : fmt::format("episodes {} and {}, seed {}", pair.baseline_episode, pair.episode, pair.seed);
+}
+
 // Makes a video of two episodes side by side, with the baseline on the left.
 void MakeVideo(const results::SeedPair& pair, const results::RecordedRuns& run,
                const results::RecordedRuns& baseline, const CompareOptions& options) {
   viz::JointVideoOptions video;
   video.title = pair.run->task_name();
-  video.subtitle = fmt::format("seed {}", pair.seed);
+  video.subtitle = PairText(pair);
   if (options.video.extension() != ".mp4") video.size = {640, 360};
   viz::VideoTiming timing = options.timing;
   if (timing.highlight_s > 0) {
@@ -137,7 +144,7 @@ void MakeVideo(const results::SeedPair& pair, const results::RecordedRuns& run,
   viz::MakePairVideo({ReadVideoEpisode(pair.baseline->folder, baseline.name, pair.baseline_episode, timing),
                       ReadVideoEpisode(pair.run->folder, run.name, pair.episode, timing)},
                      video, options.video);
-  fmt::print("\nvideo    {}  (seed {})\n", options.video.string(), pair.seed);
+  fmt::print("\nvideo    {}  ({})\n", options.video.string(), PairText(pair));
 }
 
 // Returns the exit code, which is 0 for any result of the comparison. Throws InputError or EnvironmentError.

@@ -198,6 +198,10 @@ TEST_F(PlanTest, OfALatencyCurveHasAnEntryForEachDelay) {
             StrEq("--delays: expected milliseconds (0 to 60000), got '" + std::string(wrong) + "'")));
   }
   EXPECT_THROW(LatencyPlan(options, {"0", "0.0"}, {"rtc"}, false), InputError);
+  // A scripted policy has equal results with rtc and asynchronous.
+  const Plan scripted = LatencyPlan(options, {"0"}, {"rtc", "asynchronous"}, false);
+  ASSERT_EQ(scripted.policies.size(), 1u);
+  EXPECT_EQ(scripted.policies[0].name, "asynchronous-0ms");
   // At 20 Hz, 120 and 150 ms are three ticks each.
   options.sim.control_hz = 20;
   const Plan rounded = LatencyPlan(options, {"100", "120", "150"}, {"synchronous", "rtc"}, true);
