@@ -12,7 +12,8 @@ namespace evalbus::plans {
 
 // Returns the plan. options: options of every run, with one task and one policy. delays_ms: delays in
 // milliseconds; of delays that are equally many ticks, only the first is used. executions: values of
-// --execution. Prints a note on delays that are not whole ticks. Throws InputError.
+// --execution. Prints a note on delays that are not whole ticks. For a scripted policy, leaves
+// out rtc with a note if asynchronous is also given. Throws InputError.
 Plan LatencyPlan(const runner::RunOptions& options, const std::vector<std::string>& delays_ms,
                  const std::vector<std::string>& executions, bool rate_is_given);
 
