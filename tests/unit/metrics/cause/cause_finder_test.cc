@@ -215,6 +215,19 @@ TEST_F(CauseFinderTest, AnOpeningWithoutACommandIsNoRelease) {
   EXPECT_EQ(Find().kind, "missed_condition");
 }
 
+TEST_F(CauseFinderTest, AGripperThatWasCommandedToOpenBrieflyLosesTheObject) {
+  closing_ = {1, 1};
+  HoldWithBoth();
+  closing_[kLeft] = 0.5;
+  Move(5);  // up to tick 25
+  closing_[kLeft] = 1;
+  touching_[kLeft] = 0;
+  Move(300);
+  EXPECT_EQ(Find().kind, "lost_object") << Find().text;
+  EXPECT_TRUE(Find().text.starts_with("Left gripper opened briefly and lost the kitchen pot at 0.50 s"))
+      << Find().text;
+}
+
 TEST_F(CauseFinderTest, ACommandToOpenIsTheMomentOfARelease) {
   closing_ = {1, 1};
   HoldWithBoth();
