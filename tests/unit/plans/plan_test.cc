@@ -198,7 +198,7 @@ TEST_F(PlanTest, OfALatencyCurveHasAnEntryForEachDelay) {
             StrEq("--delays: expected milliseconds (0 to 60000), got '" + std::string(wrong) + "'")));
   }
   EXPECT_THROW(LatencyPlan(options, {"0", "0.0"}, {"rtc"}, false), InputError);
-  // At 20 Hz, 120 and 150 ms are three ticks each.
+  // At 20 Hz, 120 ms is rounded up to 150 ms, which is three ticks.
   options.sim.control_hz = 20;
   const Plan rounded = LatencyPlan(options, {"100", "120", "150"}, {"synchronous", "rtc"}, true);
   ASSERT_EQ(rounded.policies.size(), 4u);

@@ -1,4 +1,4 @@
-// Tests the links on a plan's page.
+// Tests the links and the ranking on a plan's page.
 #include "report/page/plan_page.h"
 
 #include <gmock/gmock.h>
