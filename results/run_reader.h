@@ -43,7 +43,8 @@ struct RecordedEpisode : metrics::EpisodeResult {
   int line = 0;
 
   // Returns the numbers of "metrics" and "extended" by their flattened names, for example
-  // "cartesian_path_length.left", in the line's order. Names of "extended" have the prefix "extended.".
+  // "cartesian_path_length.left", in the line's order. Names from "extended" have the prefix
+  // "extended.".
   metrics::NamedNumbers Values() const;
 };
 

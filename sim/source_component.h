@@ -61,7 +61,8 @@ class SourceComponent : public EpisodeComponent {
     double period_s;  // as announced
     SampleTicks ticks;
     bool after_refused = false;
-    // The source has ended this episode, or begun another one.
+    // True if no more samples of this episode are accepted: the source has ended it, begun another one, or
+    // been silent for source_timeout_s.
     bool is_over = false;
     // Last published state, and last scored tick.
     std::optional<state_t> state;
