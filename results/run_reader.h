@@ -94,7 +94,7 @@ struct RecordedRun {
   std::vector<int> incomplete() const;  // without invalid ones
   std::vector<int> invalid() const;
   metrics::RunStatistics Statistics() const;
-  // Notes on the rates, one sentence each, for example on a run that stopped early, and on invalid,
+  // Notes on the rates, one line each, for example on a run that stopped early, and on invalid,
   // incomplete and equal episodes.
   std::vector<std::string> Remarks() const;
 };
