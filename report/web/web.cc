@@ -247,7 +247,7 @@ class ShownRun {
                           });
   }
 
-  // The messages at the end of an episode may be lost, and no message follows the last episode.
+  // The messages at the end of an episode may be lost, and no new episode follows the last one.
   void RequestLostEnd(SteadyTime now) {
     const viz::EpisodeTrack* track = feed_->track();
     const results::RecordedRun* info = follower_ && !is_replay_ ? follower_->info() : nullptr;

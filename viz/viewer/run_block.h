@@ -25,7 +25,7 @@ struct RunLabel {
   bool is_active = false;
   // True if other runs on the page now contain the episodes of this run.
   bool is_replaced = false;
-  // Remarks about the run, one sentence each.
+  // Remarks about the run, one line each.
   std::vector<std::string> remarks;
 };
 
