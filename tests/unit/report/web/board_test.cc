@@ -61,9 +61,9 @@ TEST_F(BoardTest, CountsAndDifferences) {
   EXPECT_EQ(expert["cells"][0]["stages"], ordered_json::parse("[[1, 10], [2, 9]]"));
   EXPECT_EQ(expert["cells"][0]["successes_without_stage"], 0);
   EXPECT_DOUBLE_EQ(expert["all"]["time_s"], 8);  // mean of 4 to 12
-  EXPECT_EQ(expert["slips_per_grasp"], 0.0);
+  EXPECT_EQ(expert["slips_per_episode"], 0.0);
   EXPECT_EQ(noisy["all"]["rate"], 0.4);
-  EXPECT_EQ(noisy["slips_per_grasp"], 0.5);  // one slip in two grasps
+  EXPECT_EQ(noisy["slips_per_episode"], 1.0);  // in two grasps
   const results::SuccessComparison expected =
       results::CompareVerdicts({.folder = {}, .name = "b", .is_suite = false, .runs = {b}, .missing = {}},
                                {.folder = {}, .name = "a", .is_suite = false, .runs = {a}, .missing = {}})
