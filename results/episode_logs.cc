@@ -26,29 +26,14 @@ std::vector<int> FinishedEpisodes(const fs::path& run) {
   return episodes;
 }
 
-// Formats ascending numbers as ranges, for example "0, 2 to 4, 7, 8".
-std::string Ranges(const std::vector<int>& numbers) {
-  std::vector<std::string> ranges;
-  for (size_t begin = 0; begin < numbers.size();) {
-    size_t end = begin + 1;
-    while (end < numbers.size() && numbers[end] == numbers[end - 1] + 1) ++end;
-    if (end - begin > 2) {
-      ranges.push_back(fmt::format("{} to {}", numbers[begin], numbers[end - 1]));
-    } else {
-      for (size_t i = begin; i < end; ++i) ranges.push_back(std::to_string(numbers[i]));
-    }
-    begin = end;
-  }
-  return fmt::format("{}", fmt::join(ranges, ", "));
-}
-
 std::vector<fs::path> LogsOfRun(const fs::path& run, const std::vector<int>& wanted) {
   const std::vector<int> finished = FinishedEpisodes(run);
   if (finished.empty()) throw InputError(run.string() + ": this run has no finished episode");
   for (const int episode : wanted) {
     if (std::ranges::binary_search(finished, episode)) continue;
     throw InputError(fmt::format("{} has no finished episode {}; it has {}: {}", run.string(), episode,
-                                 Plural(static_cast<int64_t>(finished.size()), "episode"), Ranges(finished)));
+                                 Plural(static_cast<int64_t>(finished.size()), "episode"),
+                                 RangesText(finished)));
   }
   std::vector<fs::path> logs;
   for (const int i : wanted.empty() ? finished : wanted) logs.push_back(EpisodeLog(run, i));

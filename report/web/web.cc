@@ -11,6 +11,7 @@
 #include "base/errors.h"
 #include "base/realtime.h"
 #include "base/run_layout.h"
+#include "base/text.h"
 #include "bus/host.h"
 #include "bus/live_runs.h"
 #include "bus/private_network.h"
@@ -547,12 +548,11 @@ std::string OpenedEpisode(const WebOptions& options) {
   for (const results::RecordedEpisode& episode : run.episodes) {
     if (episode.episode == *options.episode) return PlayerUrl({0, episode.episode}, episode.cause);
   }
-  const std::vector<results::RecordedEpisode>& finished = run.episodes;
-  throw InputError(fmt::format(
-      "--episode: {} has no finished episode {}{}", options.runs.front().string(), *options.episode,
-      finished.empty() ? ""
-                       : fmt::format("; it has episodes from {} to {}", finished.front().episode,
-                                     finished.back().episode)));
+  std::vector<int> finished;
+  for (const results::RecordedEpisode& episode : run.episodes) finished.push_back(episode.episode);
+  throw InputError(fmt::format("--episode: {} has no finished episode {}{}", options.runs.front().string(),
+                               *options.episode,
+                               finished.empty() ? "" : "; its episodes are " + RangesText(finished)));
 }
 
 }  // namespace

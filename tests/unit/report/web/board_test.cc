@@ -53,6 +53,9 @@ TEST_F(BoardTest, CountsAndDifferences) {
   const ordered_json &expert = board["policies"][0], &noisy = board["policies"][1];
   EXPECT_EQ(expert["name"], "expert");
   EXPECT_EQ(expert["runs"], ordered_json({0}));
+  EXPECT_EQ(expert["runs_done"], ordered_json({10}));
+  EXPECT_EQ(board["num_policies"], 2);
+  EXPECT_EQ(board["num_tasks"], 1);
   EXPECT_EQ(expert["against"], nullptr);
   EXPECT_EQ(expert["cells"][0]["successes"], 9);
   EXPECT_EQ(expert["cells"][0]["complete"], 10);
@@ -109,6 +112,20 @@ TEST_F(BoardTest, ActiveRunsAreNotJudged) {
   EXPECT_EQ(board["policies"][1]["against"]["difference"], -1.0);
   EXPECT_EQ(board["policies"][1]["against"]["p"], nullptr);
   EXPECT_EQ(board["policies"][1]["against"]["judgment"], "");
+}
+
+// The policy "b" and the task "stack" of the plan have no run yet.
+TEST_F(BoardTest, PoliciesAndTasksOfAPlanAreCountedBeforeTheirRunsBegin) {
+  const RecordedRun a = Make("a", First(1, 1));
+  BoardFacts facts;
+  facts.policies = {"a", "b"};
+  facts.tasks = {"lift_pot/position", "stack/position"};
+  facts.waiting_runs = 3;
+  const ordered_json board =
+      Board({{.number = 0, .policy = "a", .source = "x", .is_over = true, .run = &a}}, facts);
+  EXPECT_EQ(board["num_policies"], 2);
+  EXPECT_EQ(board["num_tasks"], 2);
+  EXPECT_EQ(board["policies"].size(), 1u);
 }
 
 TEST_F(BoardTest, APlanThatTestsItselfIsNotTestedAgain) {
