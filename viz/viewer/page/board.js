@@ -34,6 +34,11 @@ Evalbus.Board = class {
     return true;
   }
 
+  // Returns whether the episodes have arrived for which the matrix of the first block waits.
+  get isLoaded() {
+    return Boolean(this.seeds.isLoading) && this.hasEpisodesOf(this.head);
+  }
+
   // Returns whether all episodes that a block counts have arrived.
   hasEpisodesOf(head) {
     const { runs } = this.viewer;

@@ -605,7 +605,8 @@ Evalbus.Viewer = class {
   }
 
   showRun() {
-    if (!this.headRun || this.isRunDue) return;
+    // In the other views, the panel is hidden. Views.choose() calls this function when the player is shown.
+    if (!this.headRun || this.isRunDue || (this.views && !this.views.isPlayer)) return;
     // The panel is updated at most once per animation frame.
     this.isRunDue = true;
     requestAnimationFrame(() => {

@@ -32,7 +32,7 @@ Evalbus.Views = class {
   hearBoard(head) {
     const isFirst = !this.board.head;
     this.board.hear(head);
-    this.board.adopt();
+    const isNew = this.board.adopt();
     this.nav.hidden = false;
     // A page with several combinations of policy and task opens with the overview, unless its URL selects another view or an
     // episode is already shown.
@@ -41,20 +41,21 @@ Evalbus.Views = class {
       this.choose("board");
     }
     this.viewer.showHead();
-    this.update();
+    if (isNew) this.show();
   }
 
-  // Shows new data at most ten times per second.
+  // Shows new data at most ten times per second, and a new overview at once.
   update() {
-    if (this.board.adopt()) this.viewer.showHead();
-    if (this.isPlayer || this.timer) return;
-    this.timer = setTimeout(() => {
-      this.timer = null;
-      this.show();
-    }, 100);
+    const isNew = this.board.adopt();
+    if (isNew) this.viewer.showHead();
+    if (this.isPlayer) return;
+    if (isNew || this.board.isLoaded) this.show();
+    else if (!this.timer) this.timer = setTimeout(() => this.show(), 100);
   }
 
   show() {
+    clearTimeout(this.timer);
+    this.timer = null;
     if (this.name === "board") this.board.show();
     if (this.name === "episodes") this.episodes.show();
   }
@@ -83,7 +84,9 @@ Evalbus.Views = class {
     this.hover(null);
     this.show();
     this.viewer.showHead();
-    if (name === "player") this.viewer.openFirst();
+    if (name !== "player") return;
+    this.viewer.showRun();
+    this.viewer.openFirst();
   }
 
   // Returns whether the URL fragment selects a view other than an episode.
