@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <filesystem>
 #include <string>
 
 namespace evalbus {
@@ -21,5 +22,9 @@ inline std::string FolderOfTask(std::string task) {
 inline std::string ShardPrefix(const std::string& policy, const std::string& task) {
   return policy + "+" + FolderOfTask(task) + "+";
 }
+
+// Returns the error for a plan's folder where a run is expected, or where a suite is also accepted. Its
+// example is a folder in the plan's folder; without such a folder, it has no example.
+std::string PlanNotExpected(const std::filesystem::path& plan, bool accepts_suites);
 
 }  // namespace evalbus

@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "base/input_file.h"
+#include "base/plan_layout.h"
 #include "base/run_layout.h"
 #include "bus/live_runs.h"
 #include "bus/private_network.h"
@@ -46,6 +47,8 @@ int64_t PlannedEpisodes(const nlohmann::json& run) {
     if (fs::exists(folder / kSuiteJson) || fs::is_regular_file(folder)) {
       throw InputError(folder.string() + ": no active run or replay of this suite or log on this machine");
     }
+    if (fs::exists(folder / kPlanJson))
+      throw InputError(folder.string() + ": " + PlanNotExpected(folder, true));
     throw InputError(folder.string() + ": not a run folder: it has no valid run.json");
   }
   const int64_t finished = CountLines(folder / kEpisodesJsonl);

@@ -318,6 +318,16 @@ runner::RunOptions Plan::OptionsOf(const PlannedPolicy& policy) const {
   return result;
 }
 
+std::vector<std::string> Plan::Servers() const {
+  std::vector<std::string> servers;
+  for (const PlannedPolicy& policy : policies) {
+    const auto contract = policy::FindContractOf(OptionsOf(policy).policy);
+    if (contract && std::ranges::find(servers, contract->url) == servers.end())
+      servers.push_back(contract->url);
+  }
+  return servers;
+}
+
 Plan ReadPlan(const fs::path& file) {
   const YamlMap map(ParseYaml(ReadInput(file, "plan"), file.string()), {"policies", "tasks"},
                     {kPlanKeys.begin(), kPlanKeys.end()});

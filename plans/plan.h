@@ -75,6 +75,8 @@ struct Plan {
   // Returns the options for running one policy on all tasks: `options`, the policy, and values of its
   // contract. Throws InputError.
   runner::RunOptions OptionsOf(const PlannedPolicy& policy) const;
+  // Returns the addresses of the policies' servers, each once, in the order of the policies.
+  std::vector<std::string> Servers() const;
 };
 
 // Returns whether `name` is an existing file whose name ends in .yaml or .yml and which has a top-level key

@@ -30,16 +30,40 @@ fs::path Hidden(const PlanFolder& folder, const Shard& shard, const std::string&
   return folder.path() / kPartsFolder / fmt::format(".{}.{}", shard.name(), ending);
 }
 
-// Returns what to do if a task file of the plan was moved; empty for any other difference.
-std::string AdviceIfMoved(const results::Difference& difference) {
-  if (!difference.name.starts_with("tasks.")) return "";
+// Returns a key of plan.json as the plan's file has it, in quotes. plan: plan.json, for the names of
+// policies.
+std::string KeyInFile(const std::string& name, const nlohmann::ordered_json& plan) {
+  const std::string options = "options.", policies = "policies.";
+  if (name == "options.episodes" || name == "options.seed") return '"' + name.substr(options.size()) + '"';
+  if (name == "baseline") return "\"compare.baseline\"";
+  const size_t dot = name.find('.', policies.size());
+  if (!name.starts_with(policies) || dot == std::string::npos) return '"' + name + '"';
+  const auto index = static_cast<size_t>(std::stoi(name.substr(policies.size())));
+  const auto& listed = plan.at("policies");
+  const std::string key = '"' + name.substr(dot + 1) + '"';
+  const std::string policy = index < listed.size() ? listed[index].value("name", "") : "";
+  if (policy.empty() || name.ends_with(".name")) return fmt::format("{} of policy {}", key, index + 1);
+  return fmt::format("{} of policy '{}'", key, policy);
+}
+
+// Returns the difference to report: the first one that is an entry of the plan's file, if there is one.
+const results::Difference& ReportedDifference(const std::vector<results::Difference>& differences) {
+  const auto found = std::ranges::find_if(
+      differences, [](const auto& difference) { return !difference.name.ends_with("_is_given"); });
+  return found == differences.end() ? differences.front() : *found;
+}
+
+// Returns what to do about a difference. If a task file of the plan was moved, names its former folder.
+std::string Advice(const results::Difference& difference) {
+  const std::string other = "; choose another folder, or undo the change";
+  if (!difference.name.starts_with("tasks.")) return other;
   const auto file_of = [](std::string text) {
     std::erase(text, '"');
     const fs::path path(text);
     return IsTaskFile(path.parent_path()) ? path.parent_path() : path;
   };
   const fs::path before = file_of(difference.before), now = file_of(difference.after);
-  if (!IsTaskFile(before) || before == now || before.filename() != now.filename()) return "";
+  if (!IsTaskFile(before) || before == now || before.filename() != now.filename()) return other;
   return fmt::format(
       "; a task file is identified by its path: put '{}' into {}, or evaluate the plan in another folder",
       now.filename().string(), before.parent_path().string());
@@ -99,9 +123,10 @@ PlanFolder::PlanFolder(const Plan& plan, const fs::path& out, bool make)
   const auto before = ReadJsonFile<nlohmann::ordered_json>(file);
   const auto differences = results::Differences(before, json);
   if (differences.empty()) return;
-  throw InputError(fmt::format("--out {}: the plan in this folder differs: \"{}\" is {} there, not {}{}",
-                               file.string(), differences[0].name, differences[0].before,
-                               differences[0].after, AdviceIfMoved(differences[0])));
+  const results::Difference& difference = ReportedDifference(differences);
+  throw InputError(fmt::format("--out {}: the plan in this folder differs: {} is {} there, not {}{}",
+                               file.string(), KeyInFile(difference.name, before), difference.before,
+                               difference.after, Advice(difference)));
 }
 
 PlanFolder::PlanFolder(const fs::path& folder) : path_(fs::absolute(folder).lexically_normal()) {

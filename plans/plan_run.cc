@@ -249,12 +249,19 @@ void RunPlan(const PlanFolder& folder, int workers, const runner::RunOutput& out
   if (lines) WriteBegin(folder, &*lines);
   fmt::print("plan {}: {} polic{} on {}\n", plan.name, plan.policies.size(),
              plan.policies.size() == 1 ? "y" : "ies", Plural(plan.tasks.size(), "task"));
-  if (plan.until) {
-    (plan.until->width ? RunUntilNarrow : RunUntilDecided)(folder, workers, events);
-    WriteWhole(folder.path() / kStopsJson, ToText(StopsJson(folder), 2) + "\n");
-  } else {
-    RunAll(folder, workers, events);
+  try {
+    if (plan.until) {
+      (plan.until->width ? RunUntilNarrow : RunUntilDecided)(folder, workers, events);
+    } else {
+      RunAll(folder, workers, events);
+    }
+  } catch (const EnvironmentError& error) {
+    // The message of a plan that was stopped already contains the command.
+    if (stop_requested()) throw;
+    throw EnvironmentError(fmt::format("{}; to resume, run {}", error.what(),
+                                       results::SameCommand(fs::proximate(folder.path()))));
   }
+  if (plan.until) WriteWhole(folder.path() / kStopsJson, ToText(StopsJson(folder), 2) + "\n");
   RemoveEmptyParts(folder);
   const PlanResults results = FinishPlan(folder, workers);
   if (lines) WriteSummary(folder, results, &*lines);

@@ -1,13 +1,18 @@
 #include "plans/probe.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <thread>
 
 #include "base/json_file.h"
 #include "base/options_json.h"
 #include "base/run_layout.h"
 #include "base/scratch.h"
+#include "base/text.h"
 #include "base/write_whole.h"
 #include "runner/job_pool.h"
 #include "runner/workers.h"
@@ -31,11 +36,24 @@ Probe ProbePlan(const Plan& plan, int most) {
   Probe probe;
   const Scratch scratch;
   const int runs = plan.num_runs(), tried = std::min(runs, most);
+  const auto policy_of = [&](int sample) -> const PlannedPolicy& {
+    return plan.policies[static_cast<size_t>(sample) * plan.policies.size() / static_cast<size_t>(tried)];
+  };
+  // A server that cannot be reached is waited for, without other output.
+  Plan sampled = plan;
+  sampled.policies.clear();
+  for (int i = 0; i < tried; ++i) sampled.policies.push_back(policy_of(i));
+  const std::vector<std::string> servers = sampled.Servers();
+  std::fflush(stdout);
+  fmt::print(stderr, "running {}{}\n", Plural(tried, "trial episode"),
+             servers.empty() ? ""
+                             : Printable(fmt::format(", with {} {}; one that cannot be reached is waited for",
+                                                     servers.size() == 1 ? "the server" : "the servers",
+                                                     fmt::join(servers, ", "))));
   for (int i = 0; i < tried; ++i) {
     // Each sample has the next task, so that every task is sampled if there are enough samples.
-    const auto sample = static_cast<size_t>(i);
-    const PlannedPolicy& policy = plan.policies[sample * plan.policies.size() / static_cast<size_t>(tried)];
-    const std::string& task = plan.tasks[sample % plan.tasks.size()];
+    const PlannedPolicy& policy = policy_of(i);
+    const std::string& task = plan.tasks[static_cast<size_t>(i) % plan.tasks.size()];
     runner::RunOptions options = plan.OptionsOf(policy);
     options.episodes = 1;
     const fs::path file = scratch.path() / "options.json", out = scratch.path() / std::to_string(i);

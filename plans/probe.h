@@ -19,7 +19,8 @@ struct Probe {
 };
 
 // Runs the first episode of at most `most` runs of the plan in a temporary folder. The runs are spread evenly
-// over policies and tasks.
+// over policies and tasks. Prints a line with their number and the addresses of the policies' servers to
+// stderr.
 Probe ProbePlan(const Plan& plan, int most);
 
 }  // namespace evalbus::plans

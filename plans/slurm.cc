@@ -15,6 +15,7 @@
 #include "base/text.h"
 #include "base/write_whole.h"
 #include "plans/probe.h"
+#include "policy_bridge/wire/url.h"
 #include "runner/processes.h"
 
 namespace evalbus::plans {
@@ -96,6 +97,17 @@ std::string Submit(const fs::path& script, const std::vector<std::string>& optio
   return job;
 }
 
+// Prints a warning if policies have servers that a compute node would look for on itself.
+void WarnOfLoopback(const Plan& plan) {
+  std::vector<std::string> own = plan.Servers();
+  std::erase_if(own, [](const std::string& url) { return !policy::IsLoopback(url); });
+  if (own.empty()) return;
+  fmt::print(stderr,
+             "warning: {}: each compute node looks for this server on itself; use an address that all "
+             "nodes can reach\n",
+             Printable(fmt::format("{}", fmt::join(own, ", "))));
+}
+
 int NumParts(const Plan& plan, const SlurmOptions& options) {
   const int shards = static_cast<int>(ShardsOf(plan).size());
   if (options.array_size > 0) return std::min(options.array_size, shards);
@@ -172,6 +184,7 @@ void RunOnSlurm(const PlanFolder& folder, const SlurmOptions& options) {
                                 : ": every shard exists; 'evalbus merge " + folder.path().string() +
                                       "' combines them into results"));
   }
+  WarnOfLoopback(folder.plan());
   const SlurmScripts scripts = WriteSlurmScripts(folder, options, NumParts(folder.plan(), options));
   const fs::path own = folder.path() / kSlurmFolder;
   if (options.dry_run) {

@@ -54,11 +54,20 @@ std::string WhereItFails(const Circumstance& parameter) {
                      WithUnit(text(has_lower ? parameter.from : parameter.to), name.unit));
 }
 
+// Returns a rate and its counts, for example "7 % (7 of 95)".
+std::string CountedRate(double rate, const metrics::RateBin& episodes) {
+  return fmt::format("{} ({} of {})", Percent(rate), episodes.successes, episodes.trials);
+}
+
 std::string Sentence(const Circumstance& parameter, int tested) {
-  const double low = std::min(parameter.inside_rate(), parameter.outside_rate());
-  const double high = std::max(parameter.inside_rate(), parameter.outside_rate());
-  return fmt::format("Success falls from {} to {} where {} ({}; {} tested).", Percent(high), Percent(low),
-                     WhereItFails(parameter), PEquals(parameter.p_holm), Plural(tested, "parameter"));
+  const metrics::RateBin outside = {parameter.episodes.trials - parameter.inside.trials,
+                                    parameter.episodes.successes - parameter.inside.successes};
+  const std::string in = CountedRate(parameter.inside_rate(), parameter.inside);
+  const std::string out = CountedRate(parameter.outside_rate(), outside);
+  const bool fails_inside = parameter.inside_rate() < parameter.outside_rate();
+  return fmt::format("Success falls from {} to {} where {} ({}; {} tested).", fails_inside ? out : in,
+                     fails_inside ? in : out, WhereItFails(parameter), PEquals(parameter.p_holm),
+                     Plural(tested, "parameter"));
 }
 
 std::string SentenceOfNone(const RunCircumstances& run) {

@@ -10,8 +10,8 @@
 namespace evalbus::results {
 
 // Returns one sentence per parameter that significantly influences success, most significant first. For
-// example "Success falls from 85 % to 38 % where pot y is above 0.100 m (p = 0.002; 6 parameters tested)." If
-// there is no such parameter, returns one sentence that reports its absence.
+// example "Success falls from 85 % (51 of 60) to 38 % (15 of 40) where pot y is above 0.100 m (p = 0.002; 6
+// parameters tested)." If there is no such parameter, returns one sentence that reports its absence.
 std::vector<std::string> CircumstanceSentences(const RunCircumstances& run);
 
 // Formats a value in the parameter's display unit, with enough decimals for the range of its values. The

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "base/errors.h"
+#include "base/plan_layout.h"
 #include "base/run_layout.h"
 #include "base/text.h"
 
@@ -55,6 +56,8 @@ std::vector<fs::path> EpisodeLogs(const fs::path& recording, const std::vector<i
   if (fs::is_directory(recording / kEpisodesFolder)) return LogsOfRun(recording, episodes);
   if (const fs::path log = LogIn(recording); fs::exists(log)) return {log};
   if (fs::is_regular_file(recording)) return {recording};
+  if (fs::exists(recording / kPlanJson))
+    throw InputError(recording.string() + ": " + PlanNotExpected(recording, true));
   throw InputError(recording.string() + (fs::exists(recording) ? ": neither a run, a suite nor a log"
                                                                : ": no such run, suite or log"));
 }

@@ -86,9 +86,9 @@ struct Gate {
 // depending on its results. The same holds if a metric of `on` is unknown or has no better direction.
 Gate Decide(const RecordedRuns& run, const RecordedRuns& baseline, const GateOptions& options);
 
-// Formats a bound of a loss with enough decimals to be compared with the margin, and its unit, for example
-// "4.2 points". Upper bounds are rounded up and lower bounds down. A bound of at least 1e-6 is never shown as
-// 0.
+// Formats a bound of a loss and its unit, for example "4.2 points". It has at least one decimal, and enough
+// to be compared with the margin. Upper bounds are rounded up and lower bounds down. A bound of at least 1e-6
+// is never shown as 0.
 enum class BoundFrom { kAbove, kBelow };
 std::string LossText(const GateCriterion& criterion, double loss, BoundFrom from);
 // Returns a mean of the criterion with its unit, for example "81.7 %".

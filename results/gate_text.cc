@@ -30,15 +30,29 @@ std::string AtMost(const GateCriterion& criterion, double loss) {
                   : "a loss of at most " + LossText(criterion, loss, BoundFrom::kAbove);
 }
 
+// Returns, for example, "the loss is between 3.1 points and 17.4 points", or "between a gain of 1.2 points
+// and a loss of 17.4 points".
+std::string Between(const GateCriterion& criterion) {
+  const double lower = criterion.loss_lower, upper = criterion.loss_upper;
+  if (lower >= 0) {
+    return fmt::format("the loss is between {} and {}", LossText(criterion, lower, BoundFrom::kBelow),
+                       LossText(criterion, upper, BoundFrom::kAbove));
+  }
+  const std::string gain = LossText(criterion, -lower, BoundFrom::kAbove);
+  if (upper >= 0) {
+    return fmt::format("between a gain of {} and a loss of {}", gain,
+                       LossText(criterion, upper, BoundFrom::kAbove));
+  }
+  return fmt::format("the gain is between {} and {}", LossText(criterion, -upper, BoundFrom::kBelow), gain);
+}
+
 std::string Undecided(const GateCriterion& criterion) {
   std::string text;
   if (criterion.pairs == 0) {
     text = "no pair has a value on both sides";
   } else if (std::isfinite(criterion.loss_upper)) {
-    text = fmt::format(
-        "the loss is between {} and {} {}", LossText(criterion, criterion.loss_lower, BoundFrom::kBelow),
-        LossText(criterion, criterion.loss_upper, BoundFrom::kAbove),
-        criterion.fail_alpha == metrics::kAlpha ? "(one-sided 95 % bounds)" : "(one-sided bounds)");
+    text = Between(criterion) +
+           (criterion.fail_alpha == metrics::kAlpha ? " (one-sided 95 % bounds)" : " (one-sided bounds)");
   } else if (!std::isfinite(criterion.loss)) {
     text = "the baseline's mean is 0, so the margin cannot be in percent";
   } else {
@@ -54,13 +68,19 @@ std::string Undecided(const GateCriterion& criterion) {
 }  // namespace
 
 std::string LossText(const GateCriterion& criterion, double loss, BoundFrom from) {
-  int decimals = criterion.margin >= 10 ? 0 : criterion.margin >= 1 ? 1 : 3;
-  while (loss != 0 && decimals < 6 && std::abs(loss) < std::pow(10, -decimals)) ++decimals;
   constexpr double kRounding = 1e-9;
-  const double scale = std::pow(10, decimals), scaled = loss * scale;
-  const double whole =
-      from == BoundFrom::kAbove ? std::ceil(scaled - kRounding) : std::floor(scaled + kRounding);
-  return WithUnit(Fixed(whole / scale, decimals), criterion.unit);
+  constexpr int kMaxDecimals = 6;
+  const auto rounded = [&](int decimals) {
+    const double scale = std::pow(10, decimals), scaled = loss * scale;
+    return (from == BoundFrom::kAbove ? std::ceil(scaled - kRounding) : std::floor(scaled + kRounding)) /
+           scale;
+  };
+  int decimals = criterion.margin >= 1 ? 1 : 3;
+  while (loss != 0 && decimals < kMaxDecimals && std::abs(loss) < std::pow(10, -decimals)) ++decimals;
+  // A bound that differs from the margin is not shown as the margin.
+  const auto is_margin = [&](double value) { return std::abs(value - criterion.margin) < kRounding; };
+  while (!is_margin(loss) && decimals < kMaxDecimals && is_margin(rounded(decimals))) ++decimals;
+  return WithUnit(Fixed(rounded(decimals), decimals), criterion.unit);
 }
 
 std::string MeanText(const GateCriterion& criterion, double mean) {

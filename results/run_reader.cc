@@ -345,7 +345,7 @@ RecordedRun ReadRun(const fs::path& folder) {
   if (!fs::exists(folder / kRunJson)) {
     Fail(folder.string(), fs::exists(folder / kSuiteJson) ? "a suite; expected one of the runs in it"
                           : fs::exists(folder / kPlanJson)
-                              ? "a plan; expected one of the runs in the folders of its policies"
+                              ? PlanNotExpected(folder, false)
                               : "not a run folder of evalbus: it has no run.json");
   }
   RecordedRun run = ReadRunAsFarAsItGot(folder);
@@ -389,6 +389,8 @@ RecordedRuns ReadRuns(const fs::path& folder) {
   RecordedRuns result{
       .folder = folder, .name = Printable(NameOfRun(folder)), .is_suite = false, .runs = {}, .missing = {}};
   if (!fs::exists(folder / kSuiteJson)) {
+    if (fs::exists(folder / kPlanJson) && !fs::exists(folder / kRunJson))
+      Fail(folder.string(), PlanNotExpected(folder, true));
     result.runs.push_back(ReadRun(folder));
     return result;
   }

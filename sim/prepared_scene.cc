@@ -24,7 +24,8 @@ namespace evalbus::sim {
 namespace {
 
 // MuJoCo does not report write errors. Therefore MuJoCo writes to memory, and evalbus writes to the disk.
-std::string CompiledModel(const mjModel* model) {
+// file: name of the model's file, for errors.
+std::string CompiledModel(const mjModel* model, const char* file) {
   const int memory = memfd_create("model", MFD_CLOEXEC);
   if (memory < 0) throw EnvironmentError(std::string("memfd_create: ") + std::strerror(errno));
   const std::string name = "/proc/self/fd/" + std::to_string(memory);
@@ -37,7 +38,8 @@ std::string CompiledModel(const mjModel* model) {
   const int error = errno;
   close(memory);
   if (!is_whole)
-    throw EnvironmentError(std::string("cannot write the compiled model: ") + std::strerror(error));
+    throw EnvironmentError(std::string("cannot write the compiled model ") + file + ": " +
+                           std::strerror(error));
   return bytes;
 }
 
@@ -104,8 +106,8 @@ PreparedScene ComposeScene(const SimOptions& options) {
   CheckDraws(prepared.task.variation(prepared.variation), prepared.scene);
   if (options.seed_stream == kRoboEvalSeeds) CheckRoboEvalStart(prepared.task.variation(prepared.variation));
   Describe(options, &prepared);
-  prepared.physics_file = CompiledModel(prepared.scene.physics.get());
-  prepared.visual_file = CompiledModel(prepared.scene.visual.get());
+  prepared.physics_file = CompiledModel(prepared.scene.physics.get(), kPhysicsModel);
+  prepared.visual_file = CompiledModel(prepared.scene.visual.get(), kVisualModel);
   prepared.info.physics_sha256 = Sha256Text(prepared.physics_file);
   prepared.info.visual_sha256 = Sha256Text(prepared.visual_file);
   return prepared;

@@ -58,13 +58,16 @@ void AddOptions(CLI::App* app, ReportOptions* options) {
          "images")
       ->check(InRange(0.0, 2000.0))
       ->capture_default_str();
-  app->add_option("--markdown", options->markdown,
-                  "also write the success rates of a plan to this file, by task and policy, as Markdown")
+  app->add_option(
+         "--markdown", options->markdown,
+         "write the success rates of a plan to this file, by task and policy, as Markdown; its pages "
+         "are not written again")
       ->type_name("FILE")
       ->check(CheckOutputFile);
   app->add_option(
          "--latex", options->latex,
-         "also write the success rates of a plan to this file, as a LaTeX tabular (package booktabs)")
+         "write the success rates of a plan to this file, as a LaTeX tabular (package booktabs); its pages "
+         "are not written again")
       ->type_name("FILE")
       ->check(CheckOutputFile);
 }
@@ -84,8 +87,11 @@ int WriteReport(const ReportOptions& options) {
                       {"--latex", options.latex}});
     const plans::PlanFolder folder(options.run);
     const plans::PlanResults results = plans::ReadPlanResults(folder);
-    plans::WritePlanPages(folder, results);
-    fmt::print("{}\n", fs::proximate(options.run / "report.html").string());
+    // The pages may be in manifest.json, so a command that writes a table elsewhere does not change them.
+    if (options.markdown.empty() && options.latex.empty()) {
+      plans::WritePlanPages(folder, results);
+      fmt::print("{}\n", fs::proximate(options.run / "report.html").string());
+    }
     const std::string what = "Successes of the complete episodes, with Wilson's 95 % interval of each rate.";
     const report::TextTable table = plans::RateTable(results);
     if (!options.markdown.empty())

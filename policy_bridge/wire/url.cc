@@ -49,6 +49,13 @@ Url ParseUrl(const std::string& text, std::string_view scheme) {
   return url;
 }
 
+bool IsLoopback(const std::string& url) {
+  const std::string scheme = url.substr(0, url.find("://"));
+  if (scheme == "ipc") return true;
+  const std::string host = ParseUrl(url, scheme).host;
+  return host == "localhost" || host == "::1" || host.starts_with("127.");
+}
+
 std::string HostAndPort(const std::string& host, const std::string& port) {
   return (host.find(':') == std::string::npos ? host : '[' + host + ']') + ':' + port;
 }

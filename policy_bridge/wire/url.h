@@ -18,6 +18,10 @@ struct Url {
 // Parses a URL of this scheme. Throws InputError with the reason and an example of a valid URL.
 Url ParseUrl(const std::string& text, std::string_view scheme);
 
+// Returns whether the address (SCHEME://...) is valid only on the machine that uses it: a loopback address,
+// or ipc://PATH. Throws the errors of ParseUrl().
+bool IsLoopback(const std::string& url);
+
 // Returns HOST:PORT, with an IPv6 address in brackets.
 std::string HostAndPort(const std::string& host, const std::string& port);
 

@@ -76,7 +76,7 @@ TEST_F(Certify, TheSameEngineUnderTwoNamesFlipsNothing) {
   EXPECT_EQ(Run(again).code, 0);
   EXPECT_EQ(fs::last_write_time(own / "episodes/0001/summary.json"), written);
   again.insert(again.end(), {"--seed", "9"});
-  ExpectError(Run(again), "the plan in this folder differs: \"options.seed\" is 0 there, not 9");
+  ExpectError(Run(again), "the plan in this folder differs: \"seed\" is 0 there, not 9");
 
   const Result compared = RunProgram({"evalbus", "compare", own, other});
   ExpectError(compared, " was simulated by MuJoCo " + own_ + " and ");

@@ -176,8 +176,10 @@ TEST_F(Limit, OfOpenFilesIsNamed) {
 }
 
 TEST_F(Limit, OfFileSizesIsNamed) {
-  ExpectOneLine(Run(RLIMIT_FSIZE, 100'000, {"--in-process"}), "File too large");
-  if (WhyNoBus().empty()) ExpectOneLine(Run(RLIMIT_FSIZE, 100'000), "File too large");
+  ExpectOneLine(Run(RLIMIT_FSIZE, 100'000, {"--in-process"}),
+                "cannot write the compiled model physics.mjb: File too large");
+  if (WhyNoBus().empty())
+    ExpectOneLine(Run(RLIMIT_FSIZE, 100'000), "cannot write the compiled model physics.mjb: File too large");
 }
 
 TEST(Machine, TheKernelsDefaultReceiveBufferIsEnough) {

@@ -132,8 +132,11 @@ TEST_F(PlanPages, AreWrittenAlsoIfThereIsNoFfmpeg) {
 
   // Wilson's interval of 0 of 1 ends at z^2 / (1 + z^2) = 0.793.
   const fs::path table = folder_.path() / "table.md";
+  const auto written = fs::last_write_time(results_ / "report.html");
   const Result report = RunProgram({"evalbus", "report", results_, "--markdown", table});
   EXPECT_EQ(report.code, 0) << report.err;
+  EXPECT_EQ(report.out, fs::proximate(table).string() + "\n");
+  EXPECT_EQ(fs::last_write_time(results_ / "report.html"), written);
   EXPECT_THAT(ReadText(table), HasSubstr("| task | hold | random |\n"));
   EXPECT_THAT(ReadText(table), HasSubstr("/position | 0/1 (0 to 79 %) | 0/1 (0 to 79 %) |\n"));
   const Result same = RunProgram({"evalbus", "report", results_, "--markdown", results_ / "report.html"});

@@ -440,8 +440,18 @@ TEST_F(PlanTest, AFolderIsOfOnePlan) {
     FAIL();
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(),
-                HasSubstr("the plan in this folder differs: \"options.episodes\" is 10 there, not 7"));
+                HasSubstr("the plan in this folder differs: \"episodes\" is 10 there, not 7; choose another "
+                          "folder, or undo the change"));
   }
+  const auto of_server = [&](const std::string& port) {
+    return Read("policies: [expert, {name: served, policy: 'ws://127.0.0.1:" + port +
+                "', contract: roboeval}]\ntasks: lift_pot\noptions: {control_hz: 50}\n");
+  };
+  EXPECT_EQ(of_server("1").Servers(), std::vector<std::string>{"ws://127.0.0.1:1"});
+  const PlanFolder served(of_server("1"), folder_.path() / "served");
+  EXPECT_THAT([&] { PlanFolder(of_server("2"), folder_.path() / "served"); },
+              ThrowsMessage<InputError>(HasSubstr("differs: \"policy\" of policy 'served' is "
+                                                  "\"ws://127.0.0.1:1\" there, not \"ws://127.0.0.1:2\"; ")));
   const auto read_in = [&](const std::string& name) {
     const auto beside = folder_.path() / name;
     std::filesystem::create_directories(beside);

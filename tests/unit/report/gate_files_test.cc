@@ -68,8 +68,8 @@ TEST(GateMarkdown, ShowsTheBoundsOfTheSentence) {
               HasSubstr("| CANNOT TELL | success | 100.0 % | 83.3 % | 16.67 points | -14.4 "
                         "points to 43.9 points | 5 points | 12 |\n"));
   EXPECT_THAT(WhyText(success),
-              HasSubstr("success 100.0 -> 83.3 % in 12 pairs: the loss is between -14.4 points "
-                        "and 43.9 points "));
+              HasSubstr("success 100.0 -> 83.3 % in 12 pairs: between a gain of 14.4 points "
+                        "and a loss of 43.9 points "));
 }
 
 TEST(GateMarkdown, IsATableWithEscapedNames) {

@@ -38,10 +38,9 @@ TEST_F(CircumstancesTest, NamesTheRangeInWhichEpisodesFail) {
   EXPECT_EQ(y.name, "pot_y_m");
   EXPECT_LT(y.p_holm, 0.001);
   EXPECT_EQ(y.inside_rate() + y.outside_rate(), 1);
-  EXPECT_THAT(
-      CircumstanceSentences(found),
-      ElementsAre("Success falls from 100 % to 0 % where pot y is above 0.275 m (p < 0.001; 1 parameter "
-                  "tested)."));
+  EXPECT_THAT(CircumstanceSentences(found),
+              ElementsAre("Success falls from 100 % (28 of 28) to 0 % (0 of 12) where pot y is above 0.275 m "
+                          "(p < 0.001; 1 parameter tested)."));
   ASSERT_EQ(y.bins.size(), 5);
   EXPECT_EQ(BinText(y, y.bins[0]), "0.000 to 0.070 m");
   EXPECT_EQ(y.bins[3].episodes.successes, 4);
@@ -65,7 +64,8 @@ TEST_F(CircumstancesTest, TestsThePresenceOfDistractorsOnce) {
   for (const Circumstance& parameter : found.parameters) names.push_back(parameter.name);
   EXPECT_THAT(names, ElementsAre("pot_y_m", "red_mug_present", "red_mug_x_m", "red_mug_yaw_rad"));
   EXPECT_THAT(CircumstanceSentences(found),
-              testing::Contains(HasSubstr("Success falls from 100 % to 0 % where red mug is present (p")));
+              testing::Contains(HasSubstr(
+                  "Success falls from 100 % (28 of 28) to 0 % (0 of 12) where red mug is present (p")));
   EXPECT_EQ(NameOfParameter("red_mug_yaw_rad").label, "red mug yaw");
   EXPECT_EQ(NameOfParameter("red_mug_yaw_rad").unit, "degrees");
 }
@@ -98,8 +98,8 @@ TEST_F(CircumstancesTest, NamesTheChoicesWithWhichEpisodesFail) {
   ASSERT_EQ(texture.bins.size(), 4);
   EXPECT_THAT(
       CircumstanceSentences(found),
-      ElementsAre("Success falls from 100 % to 23 % where table texture is checker or dots (p < 0.001; 1 "
-                  "parameter tested)."));
+      ElementsAre("Success falls from 100 % (27 of 27) to 23 % (3 of 13) where table texture is checker or "
+                  "dots (p < 0.001; 1 parameter tested)."));
   EXPECT_EQ(texture.inside.trials, 13);
   EXPECT_EQ(texture.inside.successes, 3);
   const std::string text = CircumstancesText(found, false);

@@ -54,7 +54,7 @@ TEST_F(GateTest, EqualRunsPassFromFiftyNinePairsOn) {
   EXPECT_EQ(enough.verdict, GateVerdict::kPass);
   EXPECT_EQ(
       GateText(enough),
-      "PASS  a59 against b59: success 84.7 -> 84.7 % in 59 pairs: a loss of at most 5.0 points "
+      "PASS  a59 against b59: success 84.7 -> 84.7 % in 59 pairs: a loss of at most 4.96 points "
       "(one-sided 95 % bound), margin 5 points\n\n"
       "note: lift_pot/position: all numbers of 59 pairs are equal on both sides, as if one policy had run "
       "twice\n");
@@ -99,6 +99,36 @@ TEST_F(GateTest, ALossThatIsNotShownCannotTell) {
   EXPECT_GE(upper, gate.criteria[0].loss_upper);
   EXPECT_NEAR(lower, gate.criteria[0].loss_lower, 0.1);
   EXPECT_NEAR(upper, gate.criteria[0].loss_upper, 0.1);
+}
+
+// The margin has no decimals, but the bounds have one, or more if the bound would be shown as the margin.
+TEST(LossText, HasDecimalsThatTheMarginLacks) {
+  GateCriterion criterion;
+  criterion.margin = 10;
+  criterion.unit = "points";
+  EXPECT_EQ(LossText(criterion, 9.51, BoundFrom::kAbove), "9.6 points");
+  EXPECT_EQ(LossText(criterion, 30.76, BoundFrom::kBelow), "30.7 points");
+  EXPECT_EQ(LossText(criterion, 9.951, BoundFrom::kAbove), "9.96 points");
+  EXPECT_EQ(LossText(criterion, 10.0049, BoundFrom::kBelow), "10.004 points");
+  EXPECT_EQ(LossText(criterion, 10, BoundFrom::kAbove), "10.0 points");
+}
+
+TEST(WhyText, NamesABoundBelowZeroAGain) {
+  GateCriterion criterion;
+  criterion.pairs = 12;
+  criterion.margin = 10;
+  criterion.unit = "points";
+  criterion.fail_alpha = metrics::kAlpha;
+  criterion.verdict = GateVerdict::kCannotTell;
+  const auto why = [&](double lower, double upper) {
+    criterion.loss_lower = lower;
+    criterion.loss_upper = upper;
+    return WhyText(criterion);
+  };
+  EXPECT_THAT(why(-22.36, 90.25),
+              HasSubstr(": between a gain of 22.4 points and a loss of 90.3 points (one-"));
+  EXPECT_THAT(why(3.06, 17.4), HasSubstr(": the loss is between 3.0 points and 17.4 points (one-sided 95 %"));
+  EXPECT_THAT(why(-17.4, -3.06), HasSubstr(": the gain is between 3.0 points and 17.4 points (one-sided"));
 }
 
 TEST_F(GateTest, APolicyThatCommandedNothingCannotPass) {

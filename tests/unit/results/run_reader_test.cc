@@ -171,7 +171,20 @@ TEST_F(RunReaderTest, RefusesWhatIsNoRunFolder) {
   fs::create_directories(folder_.path() / "plan");
   WriteFile(folder_.path() / "plan/plan.json", "{}");
   EXPECT_EQ(Error(folder_.path() / "plan"),
-            "plan: a plan; expected one of the runs in the folders of its policies");
+            "plan: the folder of a plan; expected the folder of one of its runs");
+  for (const char* policy : {"b", "a"}) {
+    fs::create_directories(folder_.path() / "plan" / policy / "task");
+    WriteFile(folder_.path() / "plan" / policy / "suite.json", "{}");
+    WriteFile(folder_.path() / "plan" / policy / "task/run.json", "{}");
+  }
+  EXPECT_EQ(Error(folder_.path() / "plan"),
+            "plan: the folder of a plan; expected the folder of one of its runs, "
+            "for example " +
+                (folder_.path() / "plan/a/task").string());
+  EXPECT_THAT([&] { ReadRuns(folder_.path() / "plan"); },
+              testing::ThrowsMessage<InputError>(testing::EndsWith(
+                  ": the folder of a plan; expected the folder of one of its policies or runs, for example " +
+                  (folder_.path() / "plan/a").string())));
   WriteFile(run_ / "run.json", "{\n  \"task\": \"lift_pot\",\n  nonsense\n}\n");
   EXPECT_EQ(Error(run_).substr(0, 29), "run/run.json:3: expected JSON");
   WriteFile(run_ / "run.json", "[1]\n");

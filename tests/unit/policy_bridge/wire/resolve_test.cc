@@ -21,6 +21,14 @@ TEST(Resolve, FindsNumbersAndThisMachine) {
   EXPECT_NE(std::ranges::find(here, "127.0.0.1"), here.end());
 }
 
+TEST(IsLoopback, HoldsForAddressesOfThisMachine) {
+  for (const char* url : {"ws://127.0.0.1:8000", "tcp://127.1.2.3:5555", "http://localhost:80/act",
+                          "ws://[::1]:1", "ipc:///tmp/server"})
+    EXPECT_TRUE(IsLoopback(url)) << url;
+  for (const char* url : {"ws://10.0.0.7:8000", "tcp://gpu127.example:5555", "ws://[fd00::1]:1"})
+    EXPECT_FALSE(IsLoopback(url)) << url;
+}
+
 TEST(Resolve, ReportsTheErrorOfTheLookup) {
   const auto fails = [](const std::string& host) -> std::vector<std::string> {
     throw std::runtime_error(host + "? unknown");

@@ -38,9 +38,9 @@ results::RunCircumstances Circumstances() {
 
 TEST(CircumstancesSection, HasTheSentenceAndAFigure) {
   const std::string html = Section(Circumstances());
-  EXPECT_THAT(
-      html, HasSubstr("Success falls from 100 % to 0 % where pot x is above 0.500 m (p = 0.020; 2 parameters "
-                      "tested)."));
+  EXPECT_THAT(html,
+              HasSubstr("Success falls from 100 % (10 of 10) to 0 % (0 of 10) where pot x is above 0.500 m "
+                        "(p = 0.020; 2 parameters tested)."));
   EXPECT_THAT(html, HasSubstr("0.400 to 0.500 m: 10 of 10 succeeded, 100 % (95 % interval 72 to 100 %)"));
   // The axis begins at 34 and is 216 pixels wide. The shaded half ends at its right end.
   EXPECT_THAT(html, HasSubstr("<rect class=\"shaded\" x=\"142\" y=\"10\" width=\"108\" height=\"98\"/>"));
