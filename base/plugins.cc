@@ -19,7 +19,7 @@ void Load(const char* variable, const fs::path& plugin) {
   // dlopen would search a bare name in the system's folders, and a relative path depends on the folder of
   // each process.
   if (!plugin.is_absolute()) throw InputError(place + ": expected an absolute path");
-  // dlopen would wait for a writer of a FIFO.
+  // If the path is a FIFO, dlopen would block until a process opens it for writing.
   std::error_code ignored;
   if (fs::exists(plugin, ignored) && !fs::is_regular_file(plugin, ignored)) {
     throw InputError(place + ": is not a regular file");

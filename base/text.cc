@@ -119,4 +119,19 @@ int Decimals(double magnitude, double error) {
   return std::clamp(1 - static_cast<int>(std::floor(std::log10(error))), 0, most);
 }
 
+std::string RangesText(const std::vector<int>& numbers) {
+  std::vector<std::string> ranges;
+  for (size_t begin = 0; begin < numbers.size();) {
+    size_t end = begin + 1;
+    while (end < numbers.size() && numbers[end] == numbers[end - 1] + 1) ++end;
+    if (end - begin > 2) {
+      ranges.push_back(fmt::format("{} to {}", numbers[begin], numbers[end - 1]));
+    } else {
+      for (size_t i = begin; i < end; ++i) ranges.push_back(std::to_string(numbers[i]));
+    }
+    begin = end;
+  }
+  return fmt::format("{}", fmt::join(ranges, ", "));
+}
+
 }  // namespace evalbus

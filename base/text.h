@@ -48,6 +48,9 @@ inline std::string WithUnit(const std::string& number, const std::string& unit) 
   return unit.empty() ? number : number + " " + unit;
 }
 
+// Formats ascending numbers as ranges, for example "0, 2 to 4, 7, 8".
+std::string RangesText(const std::vector<int>& numbers);
+
 // Returns "1 episode" or "3 episodes".
 inline std::string Plural(int64_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");

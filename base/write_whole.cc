@@ -18,8 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // Suffix of a temporary name, "FILE.HOST-PID.tmp". The name contains the host, because processes of several
-// machines may write the same file on a shared disk. A dot in the host's name is written as "_", which host
-// names cannot contain.
+// machines may write the same file on a shared disk. A dot in the host's name is written as "_", which valid
+// host names do not contain.
 constexpr char kEnding[] = ".tmp";
 
 std::string TemporaryNameOf(const std::string& file) {

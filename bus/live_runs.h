@@ -20,7 +20,8 @@ struct LiveRun {
   bool other_network = false;
 };
 
-// Option of a replay's metrics process that names the replayed folder or log. Only this file reads it.
+// Option of a replay's metrics process that names the replayed folder or log. Only FindLiveRuns()
+// reads it, from the process's command line.
 inline constexpr char kReplayOption[] = "--replay";
 
 // Returns one entry per bus, found through the command lines and environments of this user's component

@@ -17,8 +17,7 @@ class Wait {
 
   explicit Wait(Time now) : last_look_(now) {}
 
-  // Returns the total waiting time so far. Must be called more often than every kLongestLook; otherwise, time
-  // is missing.
+  // Returns the total waiting time so far. If calls are further apart than kLongestLook, time is missing.
   Time::duration Elapsed(Time now) {
     waited_ += std::clamp<Time::duration>(now - last_look_, Time::duration::zero(), kLongestLook);
     last_look_ = std::max(last_look_, now);

@@ -1,6 +1,6 @@
 // Signed distance, contact point and normal of shape pairs with an exact closed form. These are pairs of a
-// plane and any shape, of spheres and capsules, and of a sphere or capsule and a box. FCL computes the other
-// pairs. All poses are in the world frame, lengths in m.
+// plane and any shape, of spheres and capsules, and of a sphere or capsule and a box. All poses are in the
+// world frame, lengths in m.
 #pragma once
 
 #include "collision/shape.h"

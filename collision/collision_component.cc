@@ -69,7 +69,7 @@ void CollisionComponent::OnState(const state_t& state) {
   const int64_t tick = state.header.tick;
   if (!checker_ || tick <= status_.last_tick || !HasPoses(state, loaded_.num_bodies)) {
     ++status_.foreign_messages;
-    // The sim repeats a STATE if it has not received the PARTIAL.
+    // The sim repeats a STATE if an answer to it is missing. PARTIAL requires these CONTACTS.
     if (tick >= 0 && tick == status_.last_tick) bus().Publish(channels::kContacts, contacts_);
     return;
   }

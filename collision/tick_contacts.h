@@ -1,4 +1,4 @@
-// Computes the CONTACTS of a tick. All components that publish or record CONTACTS use these functions. Pure.
+// Computes the CONTACTS of a tick, for the collision component and for recorded trajectories. Pure.
 #pragma once
 
 #include "collision/checker.h"

@@ -54,7 +54,7 @@ enum TopicId : size_t {
   kJointCommands,  // "/joint_commands"
   kRobot,          // "/robot": wrists, grippers, counters
   kContacts,       // "/contacts"
-  kEvents,         // "/events": stages, slips, grasps, collisions, the end
+  kEvents,         // "/events": stages, slips, grasps, collisions, the cause, the end
   kLog,            // "/log": log messages of the components, and the events
   kEpisode,        // "/episode": its parameters; published again with its result
   kFixedTopics,

@@ -25,7 +25,8 @@ inline constexpr char kServerError[] = "server_error";
 inline constexpr char kUnstable[] = "unstable";
 // A recorded trajectory or an external source has ended.
 inline constexpr char kEndOfData[] = "end_of_data";
-// The episode was disturbed. It is retried and counts in no rate.
+// The episode was disturbed, or the run was stopped. The launcher discards the attempt and begins another one
+// if the run continues. It counts in no rate.
 inline constexpr char kAborted[] = "aborted";
 
 // The episode has no verdict, because quantities that its success or failure condition needs are unavailable.

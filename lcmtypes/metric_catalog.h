@@ -101,7 +101,7 @@ struct MetricInfo {
   int64_t extended_metrics_t::*counter = nullptr;
 
   bool is_extended() const { return name.starts_with(kExtended); }
-  // Returns the name in extended_metrics_t, and below "extended" in episodes.jsonl.
+  // Returns the name without the prefix "extended.".
   std::string_view wire_name() const { return is_extended() ? name.substr(kExtended.size()) : name; }
 };
 

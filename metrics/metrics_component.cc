@@ -84,7 +84,7 @@ void MetricsComponent::OnTickMessage(const Channel<Message>& channel, const Mess
   if (running_ && merger_.IsNear(tick)) {
     const ConflictDetector::Answer answer = conflicts_.Check(channel, tick, bus().handled());
     if (answer == ConflictDetector::Answer::kNew && merger_.Add(message)) return ScoreTicks();
-    // The sim repeats a STATE until it has received the PARTIAL for it.
+    // The sim repeats a STATE if an answer to it is missing, which may be this PARTIAL.
     if (answer == ConflictDetector::Answer::kConflicting) log().Warn("{}", conflicts_.conflict());
     if (answer == ConflictDetector::Answer::kRepeated && tick == partial_.header.tick) {
       bus().Publish(channels::kPartial, partial_);
@@ -125,7 +125,7 @@ void MetricsComponent::OnEpisodeEnd(const episode_end_t& end) {
   }
   if (!running_ || last_ticks_) {
     ++status_.foreign_messages;
-    // The sim repeats EPISODE_END until it has received the score.
+    // The sim repeats EPISODE_END until the next episode begins.
     if (summary_) {
       log().Info("received EPISODE_END again: resending the score");
       bus().Publish(channels::kEpisodeSummary, *summary_);

@@ -17,7 +17,8 @@ constexpr char kOperandKey[] = "when";
 // The expression in which users forget `when`.
 constexpr char kTimedName[] = "lasts";
 
-// An expression has exactly one entry, which is a map or a list of maps. Any other map contains arguments.
+// Returns whether the body of an expression is an expression, not arguments: a map with exactly one entry
+// other than `when`, which is a map or a list of maps. The map {height: 1.2} therefore contains an argument.
 bool IsExpression(const YamlValue& value) {
   if (!value.is_map()) return false;
   const std::vector<YamlValue> entries = value.Entries();

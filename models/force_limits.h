@@ -14,9 +14,9 @@ namespace evalbus {
 
 struct ForceLimit {
   std::string region;
-  // Names of entities (which stand for all their bodies) or bodies of the model, and the location of each
-  // name.
+  // Names of bodies, or of entities, which stand for all their bodies.
   std::vector<std::string> bodies;
+  // The location of each name in the file.
   std::vector<SourceLocation> locations = {};
   // Limits in N; infinite if the region has no such limit. Either both of the first two are given or neither.
   double quasi_static_force;

@@ -47,8 +47,8 @@ void FillBodies(const TaskDescription& task, const RobotDescription& robot, cons
   info->num_bodies = model.nbody;
   for (int i = 0; i < model.nbody; ++i) {
     info->body_name.push_back(NameOf(model, mjOBJ_BODY, i));
-    // A body on the world belongs to the entity of the same name; any other body belongs to the entity of its
-    // parent.
+    // A body on the world belongs to the entity of the same name or, if there is none, to the world; any
+    // other body belongs to the entity of its parent.
     const int parent = model.body_parentid[i];
     const auto entity = entity_of.find(info->body_name[i]);
     if (i == 0) {

@@ -129,8 +129,7 @@ void ReadColor(const YamlValue& value, const Context& context) {
   const RandomColor color{ReadNames(map["of"]), map["min_rgb"].Vector<3>(kFraction),
                           map["max_rgb"].Vector<3>(kFraction)};
   for (size_t i = 0; i < 3; ++i) {
-    if (color.min[i] > color.max[i])
-      map["max_rgb"].Fail("expected each value to be at least that of min_rgb");
+    if (color.min[i] > color.max[i]) map["max_rgb"].Fail("expected values of at least those of min_rgb");
   }
   context.into->appearance.push_back(color);
 }

@@ -35,7 +35,7 @@ XMLElement* Find(XMLElement* element, const char* kind, const std::string& name)
   return nullptr;
 }
 
-// Assigns the file's main class to elements without a class.
+// Assigns the file's main class to the element if the element can have a class and has none.
 void SetMainClass(XMLElement* element, const std::string& main_class) {
   const std::string section_name = element->Parent()->ToElement()->Name();
   const mjcf::SchemaNode* section = mjcf::ChildSchema(mjcf::Schema(), "mujoco", section_name);

@@ -105,7 +105,7 @@ void PolicyComponent::OnState(const state_t& state) {
   if (!IsOurs(state.header) || status_.state != component_status_t::READY) return;
   if (state.header.tick <= status_.last_tick) {
     ++status_.foreign_messages;
-    // The sim repeats a STATE until it has received its ACTION. The policy acts only once per state.
+    // The sim repeats a STATE if an answer to it is missing. The policy acts only once per state.
     if (state.header.tick >= 0 && state.header.tick == status_.last_tick) {
       bus().Publish(channels::kAction, action_);
     }

@@ -139,7 +139,10 @@ RunFollower::News RunFollower::Update() {
   const bool is_over = IsFinished();
   news.is_changed |= !news.rows.empty() || is_over != numbers_.is_over;
   numbers_.is_over = is_over;
-  if (news.is_changed && info_)
+  // The summary takes longer than reading kLinesAtOnce lines, so it is computed for the first lines and
+  // after the last one.
+  const bool has_more = next_waiting_ < waiting_.size() && error_.empty();
+  if (news.is_changed && info_ && !(has_more && numbers_.done > 0))
     numbers_ = NumbersOf(*info_, info_->num_planned(), statistics_.Summary(false), is_over);
   return news;
 }

@@ -37,7 +37,8 @@ class RunFollower {
   const results::RecordedRun* info() const { return info_ ? &*info_ : nullptr; }
   // Returns the names of the stages, by index.
   const std::map<int, std::string>& stage_names() const { return stage_names_; }
-  // Returns the numbers of the run as of the last Update().
+  // Returns the numbers of the run as of the last Update(). While Update() has more lines to read, they may
+  // cover fewer episodes.
   const viz::RunNumbers& numbers() const { return numbers_; }
   // Returns true if summary.json exists, all lines have been read, and no planned episode is missing, unless
   // the run may end early or is a collection. A run that was interrupted also has a summary.

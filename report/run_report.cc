@@ -232,8 +232,8 @@ void AddStills(Report* report) {
   }
 }
 
-// Links the failures to their decisive moments in the page's viewer, which initially shows the first failure.
-// has: returns whether the page contains an episode.
+// Links the failures to their decisive moments in the page's viewer, which initially shows the first failure
+// that the page contains. has: returns whether the page contains an episode.
 void LinkMoments(const std::function<bool(int run, int episode)>& has, Report* report) {
   report->opened.clear();
   for (size_t k = 0; k < report->runs.size(); ++k) {
@@ -248,8 +248,8 @@ void LinkMoments(const std::function<bool(int run, int episode)>& has, Report* r
   }
 }
 
-// Packs episodes into the page: first those with curves, then failures, then successes. The runs of a suite
-// take turns, one episode at a time. Returns a sentence about the packed episodes.
+// Packs `episodes` into the page; if empty, first episodes with curves, then failures, then successes. The
+// runs of a suite take turns, one episode at a time. Returns a sentence about the packed episodes.
 std::string AddViewer(const std::vector<int>& episodes, size_t most, const PageLinks& links, Report* report) {
   ViewerPack pack(links);
   std::vector<std::vector<int>> order;

@@ -345,7 +345,7 @@ bool AllPairsAreEqual(const Side& run, const Side& baseline) {
   });
 }
 
-// Adds notes on the comparison, one sentence each.
+// Adds notes on the comparison.
 void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, const std::string& run,
                 const std::string& baseline, NamedRemarks* remarks) {
   const std::string name = task.name();

@@ -197,7 +197,7 @@ struct Comparison {
   std::vector<TaskComparison> tasks;
   // Comparison over all tasks.
   SuccessComparison success;
-  // Notes on the comparison, for example on what was excluded, one sentence each.
+  // Notes on the comparison, for example on what was excluded, one line each.
   std::vector<std::string> remarks;
 };
 

@@ -22,7 +22,8 @@ std::string Evidence(const Comparison& comparison);
 std::string Conclusion(const Comparison& comparison);
 
 // Returns the difference of the success rates in percentage points. It has one decimal if its interval is
-// narrower than two points, or if whole points would contradict the rates in whole percents.
+// narrower than two points or excludes 0 by less than half a point, or if whole points would contradict the
+// rates in whole percents.
 std::string DifferenceInPoints(const SuccessComparison& success);
 // Returns the bounds of its interval in percentage points. They have one decimal if the interval is narrower
 // than two points, or excludes 0 by less than half a point.

@@ -32,9 +32,9 @@ std::vector<fs::path> LogsOfRun(const fs::path& run, const std::vector<int>& wan
   if (finished.empty()) throw InputError(run.string() + ": this run has no finished episode");
   for (const int episode : wanted) {
     if (std::ranges::binary_search(finished, episode)) continue;
-    throw InputError(fmt::format("{} has no finished episode {}; it has {}: {}{}", run.string(), episode,
-                                 Plural(static_cast<int64_t>(finished.size()), "episode"), finished.front(),
-                                 finished.size() == 1 ? "" : fmt::format(" to {}", finished.back())));
+    throw InputError(fmt::format("{} has no finished episode {}; it has {}: {}", run.string(), episode,
+                                 Plural(static_cast<int64_t>(finished.size()), "episode"),
+                                 RangesText(finished)));
   }
   std::vector<fs::path> logs;
   for (const int i : wanted.empty() ? finished : wanted) logs.push_back(EpisodeLog(run, i));

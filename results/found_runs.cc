@@ -47,10 +47,12 @@ FoundRuns FindRunsOfPlan(const fs::path& folder) {
     found.is_sequential = until != json.end() && !until->is_null();
     const auto options = json.find("options");
     const int planned = options == json.end() ? 0 : options->value("episodes", 0);
+    found.tasks = json.at("tasks").get<std::vector<std::string>>();
     for (const auto& listed : json.at("policies")) {
       const auto policy = listed.at("name").get<std::string>();
       CheckFolderName(policy, file);
-      for (const auto& task : json.at("tasks").get<std::vector<std::string>>()) {
+      found.policies.push_back(policy);
+      for (const std::string& task : found.tasks) {
         CheckFolderName(FolderOfTask(task), file);
         const FoundRun whole = {folder / policy / FolderOfTask(task), policy,
                                 policy + "/" + FolderOfTask(task), planned};

@@ -23,6 +23,8 @@ struct FoundRuns {
   // Runs in the order of the plan or suite. A run of a plan that has no folder POLICY/TASK yet is replaced by
   // its finished shards or, if it has none, is included with the folder that it will have.
   std::vector<FoundRun> runs;
+  // Names of the plan's policies and tasks; empty if there is no plan.
+  std::vector<std::string> policies, tasks;
   // Name of the plan's baseline; empty if there is no plan.
   std::string baseline;
   // True for a plan with `until`, which stops depending on its results. Tests of its success rates that

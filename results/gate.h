@@ -76,7 +76,7 @@ struct Gate {
   // Decisions on each value; the first one is success.
   std::vector<GateCriterion> criteria;
   std::vector<GateTask> tasks;
-  // Notes on the compared episodes, one sentence each.
+  // Notes on the compared episodes, one line each.
   std::vector<std::string> remarks;
 };
 

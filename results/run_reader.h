@@ -43,7 +43,8 @@ struct RecordedEpisode : metrics::EpisodeResult {
   int line = 0;
 
   // Returns the numbers of "metrics" and "extended" by their flattened names, for example
-  // "cartesian_path_length.left", in the line's order. Names of "extended" have the prefix "extended.".
+  // "cartesian_path_length.left", in the line's order. Names from "extended" have the prefix
+  // "extended.".
   metrics::NamedNumbers Values() const;
 };
 
@@ -93,7 +94,7 @@ struct RecordedRun {
   std::vector<int> incomplete() const;  // without invalid ones
   std::vector<int> invalid() const;
   metrics::RunStatistics Statistics() const;
-  // Notes on the rates, one sentence each, for example on a run that stopped early, and on invalid,
+  // Notes on the rates, one line each, for example on a run that stopped early, and on invalid,
   // incomplete and equal episodes.
   std::vector<std::string> Remarks() const;
 };

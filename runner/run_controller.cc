@@ -21,7 +21,7 @@ namespace {
 constexpr auto kRepeatCommand = std::chrono::milliseconds(500);
 constexpr auto kRecorderTimeout = std::chrono::seconds(10);
 constexpr auto kSummaryTimeout = std::chrono::seconds(10);
-// Timeout for STATUS, which live components publish at least every 400 ms.
+// Timeout for STATUS, which live components publish at least every 500 ms.
 constexpr auto kSilence = std::chrono::seconds(10);
 // Timeout after a start, because loading programs and models takes longer on a busy machine.
 constexpr auto kStartSilence = std::chrono::seconds(60);

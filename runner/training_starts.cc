@@ -26,7 +26,8 @@ std::string StartText(const std::string& task, const ordered_json& parameters) {
   return task + " " + nlohmann::json(parameters).dump();
 }
 
-// Returns the strings of the starts of all complete episodes, all of which are exported by `evalbus export`.
+// Returns the strings of the starts of all complete episodes. By default, `evalbus export` exports all of
+// these.
 std::vector<std::string> StartsOfRuns(const fs::path& folder) {
   std::vector<std::string> starts;
   for (const results::RecordedRun& run : results::ReadRuns(folder).runs) {

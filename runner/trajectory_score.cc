@@ -38,8 +38,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Maximum time between two samples. A longer gap indicates an error in the data or the unit, and would be
-// scored as ticks without a change.
+// Maximum time between two samples. A longer gap indicates an error in the data or the unit.
 constexpr double kLongestGap_s = 60;
 
 // Accepted sampling rates. Other rates probably indicate a wrong unit: ticks would be interpolated over

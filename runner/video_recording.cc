@@ -131,7 +131,7 @@ void VideoRecording::Advance() {
   }
   if (rendering_ || waiting_.empty()) return;
   std::vector<std::string> command = render_(waiting_.front());
-  // Runs at the lowest priority, so that it uses only CPU time that the evaluation leaves idle.
+  // Runs at the lowest priority, so that it slows down the evaluation as little as possible.
   if (is_beside_run_) command.insert(command.begin(), {"/usr/bin/nice", "-n", "19"});
   processes_.Start("video", command, folder_.log_file("video"));
   rendering_ = waiting_.front();

@@ -79,7 +79,8 @@ download_mujoco() {
     python3 -m zipfile -e "$1"/mujoco-*.whl "$1"
 }
 
-# The programs of this build simulate with PyPI's MuJoCo if it can be downloaded; otherwise with Debian's MuJoCo.
+# Downloads PyPI's MuJoCo for the programs of this build if the CPU has AVX. Otherwise, or if the download fails, they use
+# Debian's MuJoCo.
 prefer_fast_mujoco() {
   [ "$(uname -m)" = x86_64 ] && grep -q -w avx /proc/cpuinfo || return 0
   local new=$build/engine.new

@@ -88,8 +88,9 @@ class EpisodeComponent : public Component {
     return {"PARTIAL", "metrics"};
   }
 
-  // Sets the reason of an end after a success. The success is final. Another reason for the end concerns only
-  // the time after it and is added to the detail.
+  // Sets the reason of an end after a success. The success is final unless the episode is aborted or the
+  // policy's server fails. Another reason for the end concerns only the time after the success and is added
+  // to the detail.
   static void KeepSuccess(std::string* reason, std::string* detail) {
     if (*reason == end_reason::kSuccess || *reason == end_reason::kAborted ||
         *reason == end_reason::kServerError)
@@ -101,7 +102,7 @@ class EpisodeComponent : public Component {
   std::string EndText() const {
     return "ends, " + end_.end_reason + (end_.detail.empty() ? "" : ": " + end_.detail);
   }
-  // Publishes end_, and repeats it until the next episode begins.
+  // Publishes end_. Poll() repeats it until the next episode begins.
   void PublishEnd() {
     unanswered_end_.MarkSent(std::chrono::steady_clock::now());
     bus().Publish(channels::kEpisodeEnd, end_);

@@ -73,7 +73,8 @@ class ForceSums {
   // Pairs that have touched in this tick or in the last step of the previous tick.
   std::vector<Pair> pairs_;
   int64_t steps_ = 0;
-  // Largest force of each contact kind (SCENE, OBJECT, SELF) in each physics step (state_t.scene_force_N).
+  // By contact kind (SCENE, OBJECT, SELF): the largest force in each physics step with such a force
+  // (state_t.scene_force_N).
   std::array<std::vector<double>, 3> largest_;
   // Normal force of each finger on each object in the current step, indexed [finger * objects + object].
   std::vector<double> finger_force_;

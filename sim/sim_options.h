@@ -56,7 +56,8 @@ struct SimOptions {
   std::filesystem::path out;
   // True if ticks are times of a source or a file; nothing is simulated.
   bool is_source = false;
-  // Maximum wall-clock time to wait for a score, or for a component that lags behind, in lockstep.
+  // Maximum wall-clock time to wait for a score, or for a component that lags behind, unless in
+  // real time.
   double metrics_timeout_s = 10;
   // If not zero, runs this many episodes without waiting for a COMMAND, then exits.
   int episodes = 0;

@@ -499,7 +499,7 @@ void SourceComponent::OnImage(std::string_view channel, std::span<const uint8_t>
                       ? fmt::format("camera '{}': its time is {:.3g} s ahead of the samples",
                                     Printable(image->view.camera), ahead_s)
                   : waiting_image_bytes_ + image->data.size() > kMaxWaitingImageBytes
-                      ? "scores do not keep up with the source"
+                      ? "scoring is slower than the source"
                       : FaultOf(*image, channel);
   if (arrived.fault.empty()) {
     cameras_.insert(image->view.camera);
@@ -537,8 +537,7 @@ void SourceComponent::Arrive(Arrived arrived) {
     return;
   }
   if (std::exchange(overflowed_, false)) {
-    arrived_.push_back(
-        {arrived.episode, std::nullopt, arrived.number, "scores do not keep up with the source"});
+    arrived_.push_back({arrived.episode, std::nullopt, arrived.number, "scoring is slower than the source"});
   }
   arrived_.push_back(std::move(arrived));
 }

@@ -1,7 +1,8 @@
 // Replaces the sim in a run with an external simulator or a robot (docs/watch.md). Answers its
 // SOURCE_ANNOUNCEMENT with MODEL, converts its SOURCE_STATEs to STATE, and runs episodes over the bus as the
 // sim does (docs/messages.md). A source cannot be slowed down, so its samples are queued here. STATE(k+1) is
-// published when PARTIAL(k) has arrived and no component exceeds its lag window.
+// published when PARTIAL(k) has arrived and no component exceeds its lag window; after a gap, some ticks are
+// published without waiting for PARTIAL.
 #pragma once
 
 #include <deque>
@@ -61,7 +62,8 @@ class SourceComponent : public EpisodeComponent {
     double period_s;  // as announced
     SampleTicks ticks;
     bool after_refused = false;
-    // The source has ended this episode, or begun another one.
+    // True if no more samples of this episode are accepted: the source has ended it, begun another one, or
+    // been silent for source_timeout_s.
     bool is_over = false;
     // Last published state, and last scored tick.
     std::optional<state_t> state;
@@ -167,8 +169,7 @@ class SourceComponent : public EpisodeComponent {
   std::set<std::string> cameras_;
   // True if samples were dropped because the queue was full.
   bool overflowed_ = false;
-  // silence_: time since the source's last message. unscored_: time since the last published tick, which has
-  // no score yet.
+  // silence_: time since the source's last SOURCE_STATE. unscored_: time since the last tick was published.
   Wait silence_{SteadyTime{}}, unscored_{SteadyTime{}};
   std::optional<Running> running_;
   bool unknown_told_ = false;

@@ -1,4 +1,4 @@
-// The timeout of every wait in tests.
+// The usual timeout of waits in tests.
 #pragma once
 
 #include <chrono>

@@ -69,7 +69,8 @@ class Recorder : public Component {
   // EPISODE_END and EPISODE_SUMMARY of this episode; the log is complete only after both.
   std::optional<episode_end_t> end_;
   bool has_summary_ = false;
-  // Measures the time since both have been received. RUN_SUMMARY follows and is the last recorded message.
+  // Measures the time since both have been received. The log ends with the RUN_SUMMARY that follows, or after
+  // kRunSummaryWait without it.
   std::optional<Wait> closing_;
 };
 

@@ -40,7 +40,8 @@ void AddOptions(CLI::App* app, CertifyOptions* options) {
   app->add_option("--episodes", run.episodes, "number of episodes of each policy, task and engine")
       ->check(CLI::Range(1, 10'000'000))
       ->capture_default_str();
-  app->add_option("--seed", run.seed, "seed of the runs; equal seeds give bit-identical results")
+  app->add_option("--seed", run.seed,
+                  "seed of the runs; a deterministic policy has bit-identical results for equal seeds")
       ->check(FitsInt64())
       ->capture_default_str();
   app->add_option(

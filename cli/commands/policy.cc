@@ -52,8 +52,7 @@ struct PolicyCommandOptions {
   bool json = false;
 };
 
-// Returns the exit code of `check`. Codes above 2 are specific to this command. All commands return 0 for
-// success, 1 for invalid usage or files, and 2 for an error of the environment.
+// Returns the exit code of `check`. The codes 3 to 6 are specific to this command.
 int ExitCode(CheckReport::Verdict verdict) {
   using Verdict = CheckReport::Verdict;
   return verdict == Verdict::kGood          ? 0

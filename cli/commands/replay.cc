@@ -317,7 +317,7 @@ void AddOptions(CLI::App* app, ReplayOptions* options) {
   app->add_option("--url", options->url,
                   "bus, udpm://ADDRESS:PORT?ttl=0; default: as for --url of 'evalbus run'");
   app->add_flag("--web", options->web,
-                "show the replay in a browser ('evalbus web'); the page remains until Ctrl-C");
+                "show the replay in a browser ('evalbus web'); the page stays available until Ctrl-C");
 }
 
 // A log and its recorded scores.

@@ -34,7 +34,7 @@ struct ReportOptions {
   // HTML file to write; empty: report.html in that folder.
   std::filesystem::path out;
   // Episodes whose curves are drawn and which can be played in 3D. If empty, the page has curves of the first
-  // failures and of the success with the median time, and as many episodes in 3D as fit.
+  // failures and of one or two successes, and as many episodes in 3D as fit.
   std::vector<int> episodes;
   // Maximum size of the page with its viewer; 0: no viewer.
   double megabytes = report::kPageMegabytes;

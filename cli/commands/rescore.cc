@@ -76,7 +76,7 @@ std::string Arrow(const std::string& before, const std::string& after) {
 }
 
 // Lists the metrics that changed, by the first part of their names, in the order of episodes.jsonl. Omits the
-// explanation, the cause and the names of stages, because they change with the metrics.
+// explanation, the cause and the names of stages.
 std::string ChangedMetrics(const std::vector<results::Difference>& differences) {
   std::vector<std::string> names;
   for (const results::Difference& difference : differences) {

@@ -212,7 +212,7 @@ Action AddRun(CLI::App* app) {
       ->type_name("FOLDER");
   app->add_flag("--resume", options->resume, "continue the interrupted run in --out");
   app->add_flag("--web", options->web,
-                "show the run in a browser ('evalbus web'); the page remains until Ctrl-C");
+                "show the run in a browser ('evalbus web'); the page stays available until Ctrl-C");
   app->add_flag("--json", output->json,
                 "print the events of the run, suite or plan as JSON, one per line, for programs; readable "
                 "text goes to\nstandard error, and the run ends when the reader of standard output exits");

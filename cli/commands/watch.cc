@@ -57,7 +57,7 @@ Action AddWatch(CLI::App* app) {
                   "not show\nthe score ('evalbus judge'); results are printed when all episodes are judged")
       ->type_name("NAME");
   app->add_flag("--web", options->web,
-                "show the run in a browser ('evalbus web'); the page remains until Ctrl-C");
+                "show the run in a browser ('evalbus web'); the page stays available until Ctrl-C");
   AddLogLevel(app);
   GroupOptions(
       app, {{"Source",

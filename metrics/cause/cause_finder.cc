@@ -341,6 +341,7 @@ void CauseFinder::AddLosses(const std::vector<Unmet>& unmet, std::vector<CauseMo
                         .object = hold.object,
                         .opened = hold.opened,
                         .closing = hold.closing,
+                        .flickered = hold.flickered,
                         .put_down = hold.opened && !HasFallen(hold) && AsksForRelease(object),
                         .lifted = hold.peak_height - hold.first_height});
   }

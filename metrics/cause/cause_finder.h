@@ -54,7 +54,7 @@ struct CauseMoment {
   int64_t tick = 0;
   int gripper = -1, object = -1;
   int arm = -1, entity = -1;
-  bool opened = false, closing = false;
+  bool opened = false, closing = false, flickered = false;
   // The gripper put the object down without a fall, in a task that requires its release.
   bool put_down = false;
   bool touches = false;      // a gripper that closed completely touches the object from outside

@@ -92,7 +92,10 @@ std::string CauseFinder::What(const CauseMoment& moment, const CauseEnd& end) co
   }
   if (moment.kind == cause_kind::kLostObject) {
     std::string text = gripper;
-    text += moment.put_down ? " put down " : moment.opened ? " let go of " : " lost ";
+    text += moment.put_down    ? " put down "
+            : moment.opened    ? " let go of "
+            : moment.flickered ? " opened briefly and lost "
+                               : " lost ";
     text += object + at;
     if (moment.lifted >= 0.01) {
       text += fmt::format(" after lifting it by {:.2f} m", moment.lifted);

@@ -32,6 +32,8 @@ struct CauseHold {
   bool opened = false;
   // The gripper continued to close while it lost the object.
   bool closing = false;
+  // The gripper lost the object at most kPatience after it was commanded to open for a shorter time.
+  bool flickered = false;
   // Height of the object (m) at first_tick, at the last contact, and the largest one until last_tick.
   double first_height = 0, contact_height = 0, peak_height = 0;
 };
@@ -88,6 +90,7 @@ class Holds {
     double narrowest = 0;
     int64_t before_opening = 0, last_closed = 0;
     double peak_before_opening = 0;  // m, largest height until before_opening
+    int64_t last_open = -1;          // last tick at which the gripper was commanded to open; -1: none
     double last_opening = 0;         // opening at the last contact
     // True if the last hold ended by opening; and the largest opening since then.
     bool was_opened = false;
@@ -143,6 +146,7 @@ class Holds {
       hold.peak_height = pair.peak_before_opening;
     }
     hold.closing = !hold.opened && opening <= pair.last_opening - kClosed;
+    hold.flickered = !hold.opened && pair.last_open >= 0 && !IsPatienceOver(pair.last_open, hold.last_tick);
     pair = {.was_opened = pair.last_closed < sample.tick, .widest = opening};
   }
 
@@ -164,7 +168,9 @@ class Holds {
       pair->before_opening = sample.tick;
       pair->peak_before_opening = std::max(hold.peak_height, sample.object[hold.object][2]);
     }
-    if (opening < pair->narrowest + kOpened) pair->last_closed = sample.tick;
+    const bool is_open = opening >= pair->narrowest + kOpened;
+    if (!is_open) pair->last_closed = sample.tick;
+    if (is_open && is_commanded) pair->last_open = sample.tick;
   }
 
   double dt_;

@@ -14,7 +14,7 @@
 namespace evalbus::metrics {
 namespace {
 
-// If there are more slips than this number, the text only states their count. The data always list all slips.
+// Number of slips that the text describes. It only states how many more there are. The data list all slips.
 constexpr size_t kSlipsInText = 2;
 
 // Collisions by geom name; geoms without a name share the name of their body.

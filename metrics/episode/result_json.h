@@ -20,7 +20,7 @@ namespace evalbus::metrics {
 nlohmann::ordered_json ResultJson(const metric_values_t& values);
 
 // Returns the value of the key "extended": the metrics defined by evalbus. A value that does not exist is
-// null. `values` provides the names of the stages.
+// null. `values` provides the indices of the stages.
 nlohmann::ordered_json ExtendedJson(const extended_metrics_t& extended, const metric_values_t& values);
 
 // Returns the value of the key "explanation" (docs/run_folder.md).

@@ -22,7 +22,8 @@ nlohmann::ordered_json ScoreEpisode(const nlohmann::json& episode, const std::st
                                     const ScoreOptions& options = {});
 
 // Returns the result dictionary of the episode in `file`, which may have any length. Only one step at a time
-// is in memory if all keys except "stages" and "finalize" precede the steps.
+// is in memory if the keys that describe the robot, the configuration and the initial state ("robot",
+// "control_frequency", "control_dt", "config", "geoms" and "initial") precede the steps.
 nlohmann::ordered_json ScoreFile(const std::filesystem::path& file, const ScoreOptions& options = {});
 
 }  // namespace evalbus::metrics

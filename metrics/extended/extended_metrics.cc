@@ -24,7 +24,7 @@ constexpr Type Of() {
           }};
 }
 
-// All extended metrics in the order of their names, which is the order in the message.
+// All extended metrics in the order of their first names, which is the order in the message.
 constexpr Type kTypes[] = {
     Of<CommandJerk>(),      Of<ContactTime>(),
     Of<CollisionEvents>(),  Of<FirstTouch>(),

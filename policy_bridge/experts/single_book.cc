@@ -107,7 +107,7 @@ class SingleBookExpert : public Expert {
   struct Hook {
     Eigen::Vector3d face;  // middle of the face that the fingers pull, m
     Eigen::Vector3d out;   // outward normal of that face, away from the robot; unit vector
-    double way;            // distance of the pull, m
+    double way;            // length of the pull, m
     double lean;           // angle of the hand from the vertical, with the wrist toward the robot, rad
     double turned;         // 1 or -1: which finger is on which side
     bool to_balance;       // whether the book's balance limits `way`

@@ -15,8 +15,8 @@ namespace evalbus::policy {
 // batch. Before a request, the pool also waits for the clients that are expected to send soon: clients that
 // connected, or received an answer, during the last two requests. Otherwise two clients that happen to
 // alternate would never share a batch. The pool waits at most as long as the last request took, up to 1 s (or
-// `gather`, if that is longer). A pending observation is therefore delayed by no more than one other request
-// (or by `gather`).
+// `gather`, if that is longer). This wait therefore delays a pending observation by no more than the duration
+// of one request (or by `gather`).
 //
 // An answer depends only on its own observation. If the server reports a failure, the observations of the
 // batch are sent again one by one, and each client receives its own result. If the connection is lost or a

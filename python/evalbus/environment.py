@@ -32,7 +32,7 @@ class Step:
 
     # Observation as described by the contract. By default, "state" and, with cameras, "images", a dictionary by camera.
     observation: Dict[str, Any]
-    # RoboEval's dictionary and evalbus' own metrics for this tick, as in episodes.jsonl.
+    # Metrics of this tick, as in episodes.jsonl: RoboEval's in `metrics`, those that evalbus adds in `extended`.
     metrics: Dict[str, Any]
     extended: Dict[str, Any]
     # The episode's result if this step has ended it; None otherwise.

@@ -107,8 +107,8 @@ const char* ClassOf(Kind kind) {
   return "event end";
 }
 
-// Returns the SVG path of an event mark: a triangle, diamond, cross or square with a radius of 4 pixels. The
-// marks differ in shape as well as in color.
+// Returns the SVG path of an event mark: a triangle, diamond, cross or square, 6 to 9 pixels wide. The marks
+// differ in shape as well as in color.
 std::string MarkPath(Kind kind, double x, double y) {
   const auto at = [&](double dx, double dy) { return Px(x + dx) + " " + Px(y + dy); };
   switch (kind) {

@@ -12,6 +12,7 @@
 #include "lcmtypes/end_reason.h"
 #include "report/page/figures.h"
 #include "report/page/page_check.h"
+#include "results/summary_table.h"
 
 namespace evalbus::report {
 namespace {
@@ -33,6 +34,7 @@ void Cell(const PlanCell& cell, const std::string& label, Markup* html) {
     html->Element("div", {},
                   [&] { DrawShare(rate, summary.wilson.lower, summary.wilson.upper, false, html); });
     html->Element("div", {{"class", "note"}}, fmt::format("{} of {}", summary.successes, summary.judged));
+    html->Element("div", {{"class", "note"}}, results::PercentText(summary.wilson));
     if (cell.episodes.empty()) return;
     html->Element("div", {{"class", "note"}, {kUnchecked, ""}}, [&] { Links(cell.episodes, html); });
   });

@@ -36,7 +36,7 @@ struct PlanVerdict {
 
 struct PlanReport {
   std::string title;
-  // Result of the plan, for example "a 90 % > b 56 % > c 20 %; all differ".
+  // Result of the plan, for example "a 90 %, b 56 %, c 52 %; b and c are worse than a".
   std::string verdict;
   std::vector<std::string> policies;
   std::string baseline;

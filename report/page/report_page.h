@@ -41,7 +41,7 @@ struct ReportRun {
   results::RecordedRun run;
   // Statistics of `run`, with bootstrap intervals.
   metrics::RunSummary summary;
-  // Caveats that are shown above the numbers, one sentence each.
+  // Caveats that are shown above the numbers, one line each.
   std::vector<std::string> remarks;
   // Caveats about images, one sentence each.
   std::vector<std::string> image_remarks{};

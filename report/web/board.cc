@@ -25,6 +25,8 @@ struct Policy {
   // One run per task. The finished shards of a run are merged.
   results::RecordedRuns runs;
   std::vector<int> numbers;
+  // Number of finished episodes of each of the runs in `numbers`.
+  std::vector<size_t> done{};
   int planned = 0;
   // Number of planned episodes whose shards have not been found.
   int missing = 0;
@@ -44,6 +46,7 @@ std::set<std::string> PoliciesInSeveralSources(const std::vector<BoardRun>& runs
 
 void AddRun(const BoardRun& run, Policy* policy) {
   policy->numbers.push_back(run.number);
+  policy->done.push_back(run.run->episodes.size());
   policy->is_over = policy->is_over && run.is_over;
   const int own = run.run->num_planned();
   auto same = std::ranges::find(policy->runs.runs, run.run->task_name(), &RecordedRun::task_name);
@@ -94,19 +97,22 @@ ordered_json Counted(const metrics::RunSummary& summary, bool is_over) {
   return json;
 }
 
-// Returns the number of slips per grasp in the complete episodes; null if there are no grasps.
-ordered_json SlipsPerGrasp(const results::RecordedRuns& runs) {
-  double slips = 0, grasps = 0;
+// Returns the mean number of slips of the complete episodes; null if none has this number. Slips are not
+// divided by grasps: contact with one pad counts as holding for a slip, but not as a grasp.
+ordered_json SlipsPerEpisode(const results::RecordedRuns& runs) {
+  double slips = 0;
+  int episodes = 0;
   for (const RecordedRun& run : runs.runs) {
     for (const results::RecordedEpisode& episode : run.episodes) {
       if (!episode.complete) continue;
       for (const auto& [name, value] : episode.values) {
-        if (name == "slip_count") slips += value;
-        if (name.starts_with("extended.grasp_count")) grasps += value;
+        if (name != "slip_count") continue;
+        slips += value;
+        ++episodes;
       }
     }
   }
-  return grasps > 0 ? ordered_json(slips / grasps) : ordered_json();
+  return episodes > 0 ? ordered_json(slips / episodes) : ordered_json();
 }
 
 ordered_json Stages(const metrics::RunSummary& summary) {
@@ -186,9 +192,17 @@ std::vector<std::string> TasksOf(const std::vector<Policy>& policies) {
   return tasks;
 }
 
+// Returns how many of the names are not the name of any run.
+template <class NameOf>
+int64_t CountOthers(const std::set<std::string>& names, const std::vector<BoardRun>& runs, NameOf name_of) {
+  return std::ranges::count_if(
+      names, [&](const std::string& name) { return std::ranges::find(runs, name, name_of) == runs.end(); });
+}
+
 ordered_json PolicyJson(const Policy& policy, const std::vector<std::string>& tasks) {
   ordered_json json = {{"name", policy.name},
                        {"runs", policy.numbers},
+                       {"runs_done", policy.done},
                        {"planned", policy.planned},
                        {"is_over", policy.is_over}};
   ordered_json cells = ordered_json::array();
@@ -207,7 +221,7 @@ ordered_json PolicyJson(const Policy& policy, const std::vector<std::string>& ta
   }
   json["cells"] = std::move(cells);
   json["all"] = Counted(all.Summary(), policy.is_over);
-  json["slips_per_grasp"] = SlipsPerGrasp(policy.runs);
+  json["slips_per_episode"] = SlipsPerEpisode(policy.runs);
   return json;
 }
 
@@ -228,6 +242,9 @@ std::string BoardBlock(const std::vector<BoardRun>& runs, const BoardFacts& fact
   head["planned"] = facts.waiting_episodes;
   for (const Policy& policy : policies) head["planned"] = head["planned"].get<int>() + policy.planned;
   head["waiting_runs"] = facts.waiting_runs;
+  head["num_policies"] = policies.size() + CountOthers(facts.policies, runs, &BoardRun::policy);
+  head["num_tasks"] =
+      tasks.size() + CountOthers(facts.tasks, runs, [](const BoardRun& run) { return run.run->task_name(); });
   head["is_sequential"] = facts.is_sequential;
   head["baseline"] = baseline;
   head["verdict"] = is_final ? VerdictOf(policies, compared, baseline) : "";

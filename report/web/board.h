@@ -4,6 +4,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,8 @@ struct BoardFacts {
   // True if the plan tests its results repeatedly while it runs. The p values of a single test are then not
   // valid.
   bool is_sequential = false;
+  // Names of the policies and tasks of plans, including those whose runs have not begun.
+  std::set<std::string> policies{}, tasks{};
   // Number of runs that have not begun, and the number of their episodes as far as known.
   int waiting_runs = 0, waiting_episodes = 0;
 };

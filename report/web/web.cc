@@ -11,6 +11,7 @@
 #include "base/errors.h"
 #include "base/realtime.h"
 #include "base/run_layout.h"
+#include "base/text.h"
 #include "bus/host.h"
 #include "bus/live_runs.h"
 #include "bus/private_network.h"
@@ -92,11 +93,17 @@ class ShownRun {
   // Returns true if the run has not begun.
   bool is_waiting() const { return follower_ && !follower_->info() && suffix_.empty() && !is_replaced_; }
   int planned() const { return found_.planned; }
-  // Publishes whether a process evaluates into the run's folder, if this has changed. Must be called about
-  // once a second.
+  // Publishes whether a process evaluates into the run's folder, and whether the folder was removed, if this
+  // has changed. Must be called about once a second.
   void UpdateActivity() {
     const bool is_active = follower_ && !follower_->is_over() && results::IsInUse(folder());
-    if (std::exchange(is_active_, is_active) != is_active) Publish();
+    std::error_code error;
+    const bool is_gone =
+        follower_ && follower_->info() && fs::status(folder(), error).type() == fs::file_type::not_found;
+    if (is_active == is_active_ && is_gone == is_gone_) return;
+    is_active_ = is_active;
+    is_gone_ = is_gone;
+    Publish();
   }
   // Must be called when other runs on the page contain its episodes.
   void SetReplaced() {
@@ -219,6 +226,8 @@ class ShownRun {
     if (follower_ && follower_->info()) label.policy = policy();
     label.is_live = has_bus() && !feed_->watch().is_over();
     label.is_active = is_active_;
+    label.is_gone = is_gone_;
+    if (is_gone_) label.remarks.push_back("the folder " + folder().string() + " no longer exists");
     if (follower_ && !follower_->error().empty()) label.remarks.push_back(follower_->error());
     if (!remark_.empty()) label.remarks.push_back(remark_);
     return label;
@@ -247,7 +256,7 @@ class ShownRun {
                           });
   }
 
-  // The messages at the end of an episode may be lost, and no message follows the last episode.
+  // The messages at the end of an episode may be lost, and no new episode follows the last one.
   void RequestLostEnd(SteadyTime now) {
     const viz::EpisodeTrack* track = feed_->track();
     const results::RecordedRun* info = follower_ && !is_replay_ ? follower_->info() : nullptr;
@@ -274,7 +283,7 @@ class ShownRun {
   std::optional<RunFollower> follower_;
   std::optional<results::NotesFollower> notes_;
   std::string url_;
-  bool is_replay_ = false, has_news_ = true, is_replaced_ = false, is_active_ = false;
+  bool is_replay_ = false, has_news_ = true, is_replaced_ = false, is_active_ = false, is_gone_ = false;
   std::unique_ptr<Bus> bus_;
   std::unique_ptr<viz::LiveFeed> feed_;
   std::shared_ptr<const model_info_t> asked_model_;
@@ -321,6 +330,7 @@ class WebPage {
       }
     }
     if (is_board_old_) PublishBoard();
+    board_at_ = {};  // the board of all lines follows without a pause
   }
 
   void Run(viz::WebServer* server) {
@@ -336,7 +346,10 @@ class WebPage {
         for (const auto& run : runs_) is_all = run->Update(can_write_notes_, &is_board_old_) && is_all;
         // If more lines are available, they are read without a pause, but messages are handled in between.
         look_at = is_all ? now + kLook : now;
-        if (is_board_old_ && (is_all ? now >= board_at_ : !has_board_)) PublishBoard();
+        if (is_board_old_ && (is_all ? now >= board_at_ : !has_board_)) {
+          PublishBoard();
+          if (!is_all) board_at_ = {};
+        }
       }
       jobs_->DeliverAnswers();
       if (now >= publish_at) {
@@ -432,6 +445,8 @@ class WebPage {
       if (!found.baseline.empty()) {
         board_facts_.baseline = found.baseline;
         board_facts_.is_sequential = found.is_sequential;
+        board_facts_.policies.insert(found.policies.begin(), found.policies.end());
+        board_facts_.tasks.insert(found.tasks.begin(), found.tasks.end());
       }
       for (const results::FoundRun& run : found.runs) {
         if (runs_.size() >= kMaxRuns) continue;
@@ -533,12 +548,11 @@ std::string OpenedEpisode(const WebOptions& options) {
   for (const results::RecordedEpisode& episode : run.episodes) {
     if (episode.episode == *options.episode) return PlayerUrl({0, episode.episode}, episode.cause);
   }
-  const std::vector<results::RecordedEpisode>& finished = run.episodes;
-  throw InputError(fmt::format(
-      "--episode: {} has no finished episode {}{}", options.runs.front().string(), *options.episode,
-      finished.empty() ? ""
-                       : fmt::format("; it has episodes from {} to {}", finished.front().episode,
-                                     finished.back().episode)));
+  std::vector<int> finished;
+  for (const results::RecordedEpisode& episode : run.episodes) finished.push_back(episode.episode);
+  throw InputError(fmt::format("--episode: {} has no finished episode {}{}", options.runs.front().string(),
+                               *options.episode,
+                               finished.empty() ? "" : "; its episodes are " + RangesText(finished)));
 }
 
 }  // namespace

@@ -65,7 +65,7 @@ Recorded ReadEpisode(const std::filesystem::path& file) {
   return recorded;
 }
 
-// Returns the microseconds per physics step of MuJoCo alone, from the same initial state and with the
+// Measures the microseconds per physics step of MuJoCo alone, from the same initial states and with the
 // recorded commands.
 class BareStepping {
  public:

@@ -74,7 +74,7 @@ void PlanAt1s(policy::Policy* expert, action_t* action) {
   }
 }
 
-// Measures planning all motions, which happens once per episode and after an error.
+// Measures planning all motions. The expert plans whenever it has no motions left.
 void ExpertPlans(benchmark::State& bench) {
   Setting& setting = GetSetting();
   const auto expert = policy::MakePolicy("expert", *setting.scene.physics, setting.scene.info);

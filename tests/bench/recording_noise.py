@@ -53,7 +53,7 @@ def evalbus(*arguments):
 
 
 def recorded(log):
-    """Names of the joints, time (T,), joints (T, n), openings of the grippers (T, 2), pose of the pot (T, 7)."""
+    """Returns joint names, time (T,), joints (T, n), gripper openings (T, 2) and pose of the pot (T, 7)."""
     state = read_log(log)["EVALBUS_STATE"]
     model = next(message for _, channel, message in events(log) if channel == "EVALBUS_MODEL")
     names = [name for arm in model["arm"] for name in model["joint_name"]

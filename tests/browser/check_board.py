@@ -336,6 +336,62 @@ def check_note(browser, run, found):
         found.append("a note has become markup")
 
 
+def check_one_state(browser, found):
+    """Checks that table, matrix and head show the same episodes: neither episodes that the board does not count yet, nor a
+    board whose episodes have not arrived."""
+    state = ("(%s.show(), [document.querySelectorAll('.ev-board-table tbody tr')[1].innerText,"
+             " document.querySelectorAll('.ev-matrices a.ev-cell').length, document.querySelector('.ev-legend').innerText,"
+             " document.querySelector('.ev-subtitle').textContent])" % VIEWS)
+
+    def add(episode):
+        browser.evaluate("evalbusViewer.hearEpisodes({ run: 1, from: %d, episodes: [{ ...evalbusViewer.runs.get(1).episodes[0],"
+                         " episode: %d, seed: %d }] })" % (episode, episode, episode))
+
+    count = browser.evaluate("evalbusViewer.runs.get(1).episodes.length")
+    before = browser.evaluate(state)
+    add(count)
+    if browser.evaluate(state) != before:
+        found.append("the matrix shows an episode that the table does not count")
+    browser.evaluate("{ const head = JSON.parse(JSON.stringify(%s.board.head)), one = head.policies[1]; one.runs_done = [%d];"
+                     " for (const counted of [one.all, one.cells[0]]) counted.judged = counted.done = %d;"
+                     " Object.assign(head, { num_policies: 3, num_tasks: 2 }); %s.hearBoard(head); }" % (VIEWS, count + 2, count + 2, VIEWS))
+    if browser.evaluate(state) != before:
+        found.append("the table counts an episode that the matrix does not show")
+    add(count + 1)
+    after = browser.evaluate(state)
+    if f" of {count + 2}" not in after[0] or after[1] != before[1] + 2 or after[3] != "3 policies, 2 tasks":
+        found.append(f"the overview with two more episodes is {after}")
+
+
+def check_removed(browser, evalbus, run, found):
+    """Checks that a run whose folder was removed is not called interrupted."""
+    with tempfile.TemporaryDirectory() as folder:
+        copy = shutil.copytree(run, pathlib.Path(folder, "run"))
+        with served(evalbus, copy) as url:
+            open_url(browser, url + "#/board")
+            wait_until(browser, "document.querySelectorAll('.ev-board-table tbody tr').length === 1", "the overview is not shown")
+            shutil.rmtree(copy)
+            wait_until(browser, "document.querySelector('.ev-state-pill').textContent === 'folder not found'"
+                       " && document.querySelector('.ev-board').innerText.includes('no longer exists')", "a removed folder is not noticed")
+            text = browser.evaluate("document.querySelector('.ev-board').innerText")
+            if "no episode yet" in text:
+                found.append(f"a run whose folder was removed is shown as {text!r}")
+
+
+def check_pointer(browser, found):
+    """Checks that no frames are requested while the pointer rests on the timeline, and that its image follows the pointer."""
+    x, y = browser.evaluate("(() => { const box = document.querySelector('.ev-timeline').getBoundingClientRect();"
+                            " return [box.left + box.width / 2, box.top + 10]; })()")
+    browser.evaluate("window.drawn = []; const old = %s.thumbnails.draw; %s.thumbnails.draw = function (time_s) {"
+                     " drawn.push(time_s); old.call(this, time_s); }" % (VIEWS, VIEWS))
+    for count in (1, 2):
+        browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 40 * count, y=y)
+        wait_until(browser, f"drawn.length === {count} && drawn[{count - 1}] === evalbusViewer.timeline.pointed",
+                   "the image does not follow the pointer", 60)
+        check_rest(browser, found)
+    browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=1, y=1)
+
+
 def check_early(browser, evalbus, plan, policies, found):
     """Checks that a plan opens with the overview, and is not called finished, while only its first run exists."""
     with tempfile.TemporaryDirectory() as folder:
@@ -386,6 +442,9 @@ def check_plan(browser, evalbus, plan, folder, found):
         check_filter(browser, policies, found)
         check_sentences(browser, found)
         check_note(browser, policies[1][1], found)
+        browser.evaluate("location.hash = '#/board'")
+        wait_until(browser, f"{VIEWS}.name === 'board'", "the overview is not shown")
+        check_one_state(browser, found)
         found += complaints(browser.events, own_addresses(url))
     with served(evalbus, plan, "--listen", "0.0.0.0") as url:
         open_url(browser, re.sub(r"//[^:/]+", "//127.0.0.1", url))
@@ -395,6 +454,7 @@ def check_plan(browser, evalbus, plan, folder, found):
     check_early(browser, evalbus, plan, policies, found)
     check_restart(browser, evalbus, policies, found)
     check_interrupted(browser, evalbus, [run for _, run in policies], found)
+    check_removed(browser, evalbus, policies[0][1], found)
     with served(evalbus, policies[0][1]) as url:
         open_url(browser, url)
         wait_until(browser, "evalbusViewer.summary().hasImage", "a single run does not open with its episode")
@@ -402,6 +462,7 @@ def check_plan(browser, evalbus, plan, folder, found):
             found.append("a single run does not open in the player")
         browser.evaluate("evalbusViewer.seek(3)")
         check_rest(browser, found)
+        check_pointer(browser, found)
         # The page was opened without a fragment, so "back" returns to this URL.
         browser.evaluate("history.replaceState(null, '', location.pathname); location.hash = '#/board'")
         frame(browser)

@@ -65,7 +65,7 @@ action:
     - {arm: left, indices: 0-5, gripper: {index: 6, open: 1, closed: -1, threshold: 0.5, sticky_steps: 2}}
 )";
 
-// A task with every predicate, quantity and randomization.
+// A task with every predicate and quantity, and with all randomizations except textures.
 constexpr char kAllWords[] = R"(name: words
 title: Every word of a task description
 instruction: lift it
@@ -201,7 +201,8 @@ void WriteAll(const std::filesystem::path& corpus) {
   send(1, long_one[2]);
   Write(corpus / "datagrams/interleaved", traffic);
 
-  // Writes an episode of five ticks as a Conversation for each of the components, and as a recorded log.
+  // Writes an episode of five ticks as a Conversation for each of the components except CameraComponent, and
+  // as a recorded log.
   const auto spoken = SpokenChannels();
   const auto channel = [&](std::string_view name) {
     return static_cast<uint8_t>(std::ranges::find(spoken, name, &SpokenChannel::name) - spoken.begin());
@@ -232,7 +233,7 @@ void WriteAll(const std::filesystem::path& corpus) {
   Bytes recorded = {128, channel(channels::kModel), 0, 0, channel(channels::kEpisodeBegin), 0, 0};
   recorded.insert(recorded.end(), conversation.begin(), conversation.end());
   Write(corpus / "event_log" / "conversation", recorded);
-  // For CameraComponent: a policy's image request, before and after its STATE.
+  // For CameraComponent, a policy requests images before and after the STATE of each tick.
   conversation = {9};
   for (uint8_t tick = 0; tick < 5; ++tick) {
     say(channels::kRequestImage.name, tick);
@@ -241,7 +242,7 @@ void WriteAll(const std::filesystem::path& corpus) {
   }
   Write(corpus / "components/episode_9", conversation);
 
-  // The same episode is written as a log.
+  // Writes an episode of three ticks as a log.
   const std::filesystem::path file = corpus / "event_log" / "episode";
   std::filesystem::remove(file);
   EventLogWriter log(file);

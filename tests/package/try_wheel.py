@@ -61,7 +61,7 @@ with tempfile.TemporaryDirectory() as folder:
     print(call("env/bin/python", "-m", "evalbus", "doctor"), end="")
     call("env/bin/evalbus", "rescore", "run")
     call("env/bin/evalbus", "replay", "run", "--episode", "0")
-    # A page with text and with three.js.
+    # The command needs the files of the page, among them three.js.
     call("env/bin/evalbus", "report", "run")
 
     call("env/bin/pip", "uninstall", "--yes", "imageio-ffmpeg")

@@ -187,7 +187,7 @@ with tempfile.TemporaryDirectory() as name:
         return change
 
     def tensors(name, actions, metadata=None, key="info_demo_action", cut=None):
-        """Reads a safetensors file according to its specification."""
+        """Writes a safetensors file according to the specification of the format."""
         header = {key: {"dtype": "F64", "shape": actions.shape, "data_offsets": [0, actions.nbytes]}}
         if metadata:
             header["__metadata__"] = metadata

@@ -104,7 +104,7 @@ class SlurmTest(unittest.TestCase):
         logs = sorted(log.name for log in (out / "slurm").glob("*.log"))
         self.assertEqual(logs, ["merge.log", *(f"part-{part}.log" for part in range(1, TASKS + 1))])
         self.assertIn("36 of 36 episodes done (100 %), 0 in running shards, 0 shards failed", self.evalbus("status", str(out)))
-        # A second merge, and merges by two processes at the same time, change nothing.
+        # Two more merges at the same time change nothing.
         merges = [subprocess.Popen([f"{PROGRAMS}/evalbus", "merge", str(out)], stdout=subprocess.DEVNULL)
                   for _ in range(2)]
         self.assertEqual([merge.wait(cluster.DEADLINE_S) for merge in merges], [0, 0])

@@ -1,4 +1,4 @@
-// Arrays of messages, which C++ cannot assign.
+// Sets an array in a message, which C++ cannot assign.
 #pragma once
 
 #include <algorithm>

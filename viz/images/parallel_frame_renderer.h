@@ -52,7 +52,7 @@ class ParallelFrameRenderer {
   // Returns frame n of each video that is being made. The number and the sizes of these frames must not
   // depend on n.
   using DrawFrames = std::function<std::vector<Frame>(size_t n)>;
-  // Called once per video; returns the function that draws its frames.
+  // Called by Render() once; returns the function that draws the frames of its videos.
   using Begin = std::function<DrawFrames(VideoScenes*)>;
 
   // largest: maximum size of the images. processes: 0 selects the number of cores, at most 8. With EGL, a

@@ -52,7 +52,8 @@ std::vector<std::string> Command(FrameSize size, int frames_per_second, const st
     command +=
         fmt::format(" -vf fps={} -pix_fmt yuv420p -c:v libwebp_anim -quality 60 -loop 0 -f webp", kLoopRate);
   } else {
-    // There is one fragment per second, so that a truncated video plays up to its last complete fragment.
+    // There is at least one fragment per second, so that a truncated video plays up to its last complete
+    // fragment.
     // Colors are BT.709 and tagged as BT.709.
     command += fmt::format(
         " -vf scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+bitexact -pix_fmt yuv420p -c:v "

@@ -19,8 +19,8 @@ bool IsElsewhere(const MetricInfo& metric) {
          metric.name.starts_with("extended.min_clearance_");
 }
 
-// Returns whether the row shows an undesired event: a count that should be low and is above 0, or a negative
-// margin.
+// Returns whether the row shows an undesired event: a main metric that counts such events and is above 0, or
+// a number that should be high and is negative.
 bool IsAlarming(const ScoreRow& row) {
   const MetricInfo& metric = *row.metric;
   return (metric.kind == MetricKind::kCount && metric.better == Better::kLower && metric.main > 0 &&

@@ -22,8 +22,9 @@ using std::chrono::steady_clock;
 // legibility.
 constexpr auto kRedrawPeriod = std::chrono::milliseconds(200);
 constexpr auto kLinePeriod = std::chrono::seconds(1);
-// If all components have been silent for this long, the run has ended, because components publish STATUS
-// every 0.4 s. After the reported end of a run, the next run of a suite would also begin within this time.
+// If all components have been silent for this long, the run counts as ended, because components publish
+// STATUS every 0.4 s. After the reported end of a run, the next run of a suite would also begin within this
+// time.
 constexpr std::chrono::duration<double> kOver{5};
 
 // Prints a line to a pipe or file. If the pipe is full, the line is dropped, so that the call does not block.

@@ -7,7 +7,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// wanted: false within a `not`, where `all` and `any` are exchanged (De Morgan).
+// wanted: false within an odd number of `not`s. There, `all` and `any` are exchanged (De Morgan).
 Json Tree(const Expression& expression, bool wanted, size_t* next) {
   if (expression.operands.empty()) return (*next)++;
   if (expression.name == "not") return Tree(expression.operands[0], !wanted, next);

@@ -28,6 +28,7 @@ Json Labeled(const RunLabel& label) {
           {"policy", label.policy},
           {"is_live", label.is_live},
           {"is_active", label.is_active},
+          {"is_gone", label.is_gone},
           {"is_replaced", label.is_replaced},
           {"remarks", label.remarks},
           {"task", nullptr},

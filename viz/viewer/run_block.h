@@ -23,9 +23,11 @@ struct RunLabel {
   bool is_live = false;
   // True if a process on this machine evaluates into the run's folder, with or without messages on a bus.
   bool is_active = false;
+  // True if the run's folder was removed while it was shown.
+  bool is_gone = false;
   // True if other runs on the page now contain the episodes of this run.
   bool is_replaced = false;
-  // Remarks about the run, one sentence each.
+  // Remarks about the run, one line each.
   std::vector<std::string> remarks;
 };
 

@@ -31,7 +31,7 @@ const char* StateWord(const component_status_t& status);
 class RunWatch {
  public:
   // A component counts as silent if no STATUS has been received from it for longer than this. Each component
-  // publishes STATUS every 0.4 s.
+  // publishes STATUS about twice a second.
   static constexpr std::chrono::seconds kSilent{2};
 
   struct Traffic {

@@ -240,8 +240,8 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
   void BecomeViewer() {
     const auto& request = parser_->get();
     if (!websocket::is_upgrade(request)) return Refuse(426, "this path is for WebSocket connections");
-    // A request without Origin does not come from a browser. It can only come from a program on this machine
-    // or from a client that has the token.
+    // A WebSocket request without Origin does not come from a browser. It can only come from a program on
+    // this machine or from a client that has the token.
     if (request.count(http::field::origin) > 1 ||
         !IsOwnOrigin(View(request[http::field::origin]), View(request[http::field::host]))) {
       return Refuse(403, "requests from other origins are refused");

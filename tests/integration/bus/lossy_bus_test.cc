@@ -1,6 +1,6 @@
 // Runs sim, collision, metrics and policy, each on its own bus. A simulated network between them loses,
-// repeats, reorders and damages messages and injects foreign ones. An episode either has the undisturbed
-// episode's result or is marked incomplete. All components run in one process, from a fixed seed.
+// repeats, reorders and damages messages and injects foreign ones. A scored episode either has the
+// undisturbed episode's result or is marked incomplete. All components run in one process, from a fixed seed.
 #include <algorithm>
 #include <array>
 #include <deque>

@@ -22,7 +22,8 @@ class BadInput : public testing::Test {
     for (const std::string& word : words) EXPECT_NE(result.err.find(word), std::string::npos) << result.err;
     EXPECT_TRUE(fs::is_empty(work_)) << fs::directory_iterator(work_)->path();
   }
-  // Runs `evalbus run` in one process and in several, with and without --out.
+  // Runs `evalbus run` in several processes, if there is a bus for tests, and in one process. Only the run in
+  // one process is repeated with --out.
   void ExpectRun(int code, std::vector<std::string> arguments, const std::vector<std::string>& words) {
     arguments.insert(arguments.begin(), {"evalbus", "run"});
     if (WhyNoBus().empty()) Expect(code, arguments, words);

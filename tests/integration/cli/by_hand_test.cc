@@ -124,7 +124,7 @@ TEST(ByHandRun, NeedsABus) {
       << result.err;
 }
 
-// Every program takes the bus from the environment if the command line names none.
+// Programs take the bus from the environment if the command line names none.
 TEST(Environment, NamesTheBus) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;

@@ -1,4 +1,4 @@
-// Tests that equal seeds give equal bytes: in one process and in several, repeatedly, at every control rate,
+// Tests that equal seeds give equal bytes: in one process and in several, repeatedly, at three control rates,
 // and for an episode within a run and alone.
 #include <set>
 

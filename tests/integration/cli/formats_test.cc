@@ -68,7 +68,7 @@ TEST_F(FormatsTest, SchemaOfViolationsOfForceLimitsHolds) {
   EXPECT_EQ(SchemaError("episode", out / "episodes.jsonl"), "");
 }
 
-// Another test checks each schema against a file that a command wrote.
+// Other tests check the schemas against files that commands wrote.
 TEST_F(FormatsTest, EverySchemaIsInTheDocumentation) {
   const std::string page = ReadText(kDocs / "versioning.md");
   for (const auto& schema : fs::directory_iterator(kDocs / "schema")) {
@@ -95,7 +95,7 @@ TEST_F(FormatsTest, SchemaOfALatencyCurveHolds) {
   }
 }
 
-// Every number that a run writes has a label, a unit and a row in docs/metrics.md.
+// The catalog has every number in `metrics` and `extended` of an episode.
 TEST_F(FormatsTest, CatalogKnowsEveryNumber) {
   for (const nlohmann::ordered_json& episode : Episodes(A())) {
     std::set<std::string> numbers;

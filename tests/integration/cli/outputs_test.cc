@@ -26,7 +26,7 @@ class Outputs : public testing::Test {
     Evaluate({ShortTask(folder_.path(), 0.4), "--policy", "random", "--episodes", "2", "--in-process"}, run_);
     fs::create_directory(work_);
   }
-  // Returns each command that writes a file, with the output option last.
+  // Returns commands that write one file each, with the output option last.
   std::vector<std::vector<std::string>> Commands() const {
     return {{"evalbus", "export", run_, "--csv"},
             {"evalbus", "report", run_, "-o"},

@@ -445,7 +445,7 @@ TEST(Suite, RunsEachTaskInAFolderOfItsOwn) {
   EXPECT_FALSE(fs::exists(folder.path() / "twice"));
 }
 
-// The lines of `evalbus run --json`, which match their schema.
+// Returns the events that `evalbus run --json` printed, whose lines must match their schema.
 std::vector<nlohmann::json> EventsOf(const Result& run, const fs::path& folder) {
   WriteText(folder / "events.jsonl", run.out);
   EXPECT_EQ(SchemaError("event", folder / "events.jsonl"), "");

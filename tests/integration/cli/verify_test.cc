@@ -147,7 +147,7 @@ TEST_F(Verify, AnEditedMetricOfADelayIsNamed) {
   Evaluate({ShortTask(folder_.path(), 1), "--policy", "random", "--latency", "100", "--episodes", "1",
             "--in-process"},
            run);
-  // Five of the 50 ticks pass during each of the first two inferences, which begin at ticks 0 and 30.
+  // Five of the 50 ticks pass during each of the two inferences, which begin at ticks 0 and 30.
   const auto line = nlohmann::json::parse(ReadText(run / "episodes.jsonl"));
   EXPECT_EQ(line["extended"]["stale_action_ratio"], 0.2);
   EXPECT_EQ(line["extended"]["effective_hz"], 40);

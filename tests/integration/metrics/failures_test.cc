@@ -86,7 +86,7 @@ void ExpectConsistent(const Json& episode) {
   }
 }
 
-// Conditions that are the cause of several kinds of failures.
+// Texts that occur in the expected explanations of several failures.
 const char *const kOtherGripper = "the other gripper does not touch rod",
                   *const kCabinet = "pot touches left_cabinet", *const kBook = "height of book 0.7",
                   *const kWheel = "fraction of the range of first_valve/wheel 0",

@@ -19,10 +19,10 @@ namespace evalbus::misbehaving_policy_test {
 
 namespace fs = std::filesystem;
 
-// A policy that holds the robot still and misbehaves in a different way in each episode.
+// A policy that holds the robot still. Each episode has its own fault, or none.
 class Guest {
  public:
-  // The fault of each episode, in the order of episodes.
+  // Episodes by their index, named after their faults.
   enum Episode {
     kHonest,
     kNan,

@@ -308,7 +308,7 @@ TEST_F(RemoteRun, ReportsTheRateAtWhichTheContractIsRun) {
   EXPECT_NE(result.out.find("29.4118 Hz"), std::string::npos) << result.out;
 }
 
-// The server fails once, in a different way in each episode. The episode is retried from its seed.
+// The server fails once in each episode, in a different way each time. The episode is retried from its seed.
 TEST_F(RemoteRun, AFailingServerIsNoFailingPolicy) {
   EVALBUS_NEEDS_BUS();
   const std::vector<Answer> faults = {

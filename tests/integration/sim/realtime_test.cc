@@ -78,8 +78,7 @@ TEST(Realtime, StoppedListenersDoNotHoldItUp) {
   ASSERT_EQ(recorder.size(), 1u);
   kill(recorder[0], SIGSTOP);
   viz.Signal(SIGSTOP);
-  // Waits for three of the four seconds of simulated time. A run that waited for the recorder would not reach
-  // them.
+  // Waits for tick 175 of 200. A run that waited for the recorder would not reach it.
   ASSERT_TRUE(reaches(175));
   kill(recorder[0], SIGCONT);
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err() << launcher.out();

@@ -15,7 +15,7 @@ namespace evalbus::monitor_run_test {
 
 namespace fs = std::filesystem;
 
-// Short episodes in which the robot holds still.
+// Returns the command of a run of short episodes in which the robot holds still.
 std::vector<std::string> RunCommand(const fs::path& folder, const std::string& name, const std::string& url,
                                     const std::vector<std::string>& more = {}) {
   std::vector<std::string> command = {

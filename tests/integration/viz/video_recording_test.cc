@@ -99,7 +99,7 @@ TEST(VideoRecording, CtrlCEndsItInOrderAndResumeMakesTheRest) {
   EXPECT_TRUE(fs::exists(run / "episodes/0002/front.mp4"));
 }
 
-// `./run` adds cameras unless --video none is given.
+// `./run` adds a camera unless --video is given, so --video none gives no videos.
 TEST(VideoRecording, NoneIsNoCamera) {
   const TemporaryFolder folder;
   const Result result =

@@ -218,7 +218,7 @@ TEST_F(WithoutOsMesa, ARunRendersTheSameBytesWithEgl) {
   }
   EXPECT_GT(videos[0].size(), 1000u);
   EXPECT_TRUE(videos[0] == videos[1]);
-  // Commands without --gl.
+  // This command has no option --gl.
   const Result result = Run({"evalbus", "report", folder_.path() / "with"}, true);
   EXPECT_EQ(result.code, 0) << result.err;
 }

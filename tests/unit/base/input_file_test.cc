@@ -57,7 +57,7 @@ TEST_F(InputFileTest, ReadsFilesOfAnyLength) {
   }
   fs::create_symlink("a", folder_.path() / "link");
   EXPECT_EQ(ReadInput(folder_.path() / "link").size(), 200001u);
-  // This file does not report its size.
+  // The kernel reports a size of 0 for this file, although it has content.
   EXPECT_EQ(InputFile("/proc/self/cmdline").size(), 0u);
   EXPECT_GT(ReadInput("/proc/self/cmdline").size(), 3u);
 }

@@ -75,6 +75,13 @@ TEST(Fixed, WhatRoundsToNothingHasNoSign) {
   EXPECT_EQ(Fixed(0.3, 0), "0");
 }
 
+TEST(RangesText, ShowsGaps) {
+  EXPECT_EQ(RangesText({}), "");
+  EXPECT_EQ(RangesText({0}), "0");
+  EXPECT_EQ(RangesText({0, 1, 3, 4, 5, 7}), "0, 1, 3 to 5, 7");
+  EXPECT_EQ(RangesText({1, 3, 4, 5, 6, 7, 8, 9, 10, 11}), "1, 3 to 11");
+}
+
 TEST(Words, HaveSpaces) { EXPECT_EQ(Words("left_gripper_to_pot"), "left gripper to pot"); }
 
 TEST(ShellWords, AreWhatAShellReads) {

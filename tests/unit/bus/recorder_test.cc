@@ -263,7 +263,7 @@ TEST_F(RecorderTest, RealtimeRunsAreStampedWithTheTimeOfArrival) {
   Tick(0, 0);
   End(0);
   HandleAll();
-  // Times are in microseconds since 1970, and this number is a time after the year 2001.
+  // Times are in microseconds since 1970, and this number is a time in 2001.
   for (const auto& [channel, time_us] : Log(0)) EXPECT_GT(time_us, 1'000'000'000'000'000) << channel;
 }
 
@@ -287,7 +287,7 @@ TEST_F(RecorderTest, AnOldLogNeverReplacesAFinishedEpisode) {
   End(1);
   HandleAll();
   EXPECT_EQ(dut_.status().last_finished_episode, 1);
-  // The message that has just been counted does not change this log either.
+  // Episode 1 has just been counted, so a second attempt does not change its log either.
   count(1);
   const auto last = Log(1);
   Begin(1, 1);

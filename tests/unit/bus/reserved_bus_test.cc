@@ -1,5 +1,5 @@
 // No two runs reserve the same bus. The ports belong to this network namespace, and other processes may use
-// any of them, so the tests use ports that they were assigned.
+// any of them. Therefore the tests use ports that ReservedBus::Draw() or the system chose.
 #include "bus/reserved_bus.h"
 
 #include <gtest/gtest.h>

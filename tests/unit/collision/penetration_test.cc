@@ -69,8 +69,8 @@ TEST(Penetration, ABoxInACylinderWithParallelAxes) {
 }
 
 // The new vertex sees every face, because rounding decides the orientation of a sliver that is 50 m long and
-// a few nm wide. Without the check, a build with _GLIBCXX_ASSERTIONS (the sanitizer presets) aborts here, and
-// other builds read a deleted face.
+// a few nm wide. Without the check that the surface is closed, a build with _GLIBCXX_ASSERTIONS (the
+// sanitizer presets) aborts here, and other builds read a deleted face.
 TEST(Penetration, Needles) {
   const auto expect = [](const Matrix3d& rotation, const Vector3d& a, const Vector3d& b,
                          const Vector3d& position) {

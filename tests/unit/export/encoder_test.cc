@@ -8,8 +8,8 @@
 
 namespace evalbus::exports::encoder_test {
 
-// A plan evaluates two tasks with two policies, so their MODELs alternate on one bus. Foxglove's server has
-// removed the first "/metrics" when the second one came.
+// A plan evaluates two tasks with two policies, so their MODELs alternate on one bus. Foxglove's server
+// removes the first "/metrics" when the second one arrives.
 TEST(Encoder, AReplacedTopicIsNotUsedAgain) {
   std::vector<size_t> used;
   Encoder encoder(

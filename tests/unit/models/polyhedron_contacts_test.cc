@@ -246,7 +246,7 @@ TEST(PolyhedronContacts, DoNotDependOnRememberedGaps) {
   std::normal_distribution<double> normal;
   int touches = 0, separations = 0;
   for (int walk = 0; walk < 40; ++walk) {
-    // Steps from 10 um to 1 cm, with turns alone, moves alone, or both.
+    // A walk has steps of about 10 um to 1 cm, which are rotations, translations, or both.
     const double length = std::pow(10, -5 + walk % 4), move = walk % 3 == 0 ? 0 : length,
                  turn = walk % 3 == 1 ? 0 : 10 * length;
     std::array<double, 28> pose{};

@@ -159,7 +159,7 @@ TEST(RobotParts, MistakesNameTheLine) {
             "17: key 'position_gain_Nm_per_rad': give either this or 'position_gain_N_per_m'");
 }
 
-// Returns the arm's velocity after one step without a command, which begins at 1 rad/s.
+// Returns the arm's velocity after one step without a command. The velocity begins at 1 rad/s.
 double AfterOneStep(const mjModel& model) {
   const DataPtr data(mj_makeData(&model));
   data->qvel[0] = 1;

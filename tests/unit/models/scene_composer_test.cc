@@ -120,7 +120,7 @@ TEST(SceneComposer, PosesMultiply) {
                                  "<site name='s' pos='0 0.5 0'/></body></worldbody></mujoco>");
   const Pose pose{{1, 2, 3}, {std::sqrt(0.5), 0, 0, std::sqrt(0.5)}};
   composer.Attach(file, "p/", pose);
-  // The body has the same rotation again, so it faces backward after both.
+  // Part q is attached to body p/b with the same pose, so it is rotated by 180 degrees in total.
   composer.Attach(file, "q/", pose, {.parent_body = "p/b"});
   const ModelPtr model = Compile(composer);
   const DataPtr data(mj_makeData(model.get()));

@@ -202,7 +202,7 @@ TEST_F(PlanTest, OfALatencyCurveHasAnEntryForEachDelay) {
   const Plan scripted = LatencyPlan(options, {"0"}, {"rtc", "asynchronous"}, false);
   ASSERT_EQ(scripted.policies.size(), 1u);
   EXPECT_EQ(scripted.policies[0].name, "asynchronous-0ms");
-  // At 20 Hz, 120 and 150 ms are three ticks each.
+  // At 20 Hz, 120 ms is rounded up to 150 ms, which is three ticks.
   options.sim.control_hz = 20;
   const Plan rounded = LatencyPlan(options, {"100", "120", "150"}, {"synchronous", "rtc"}, true);
   ASSERT_EQ(rounded.policies.size(), 4u);

@@ -126,7 +126,7 @@ TEST_F(CompareTest, HeadlineStatesPIfTheIntervalExcludes0) {
   EXPECT_THAT(ComparisonText(result, false), testing::HasSubstr("   -81.0 to     -0.3   0.063"));
 }
 
-// 22 um of a distance in meters, whose means have three decimals.
+// The difference is 22 um of a distance in meters, whose means have three decimals.
 TEST_F(CompareTest, ShownDifferenceIsNotRoundedTo0) {
   MetricComparison metric =
       CompareRuns(Run("b", Info(5), First(5, 5), 6), Run("a", Info(5), First(5, 5), 5)).tasks[0].metrics[0];
@@ -809,7 +809,7 @@ RecordedRuns Suite(RecordedRuns first, const RecordedRuns& second) {
   return first;
 }
 
-// Otherwise, the rate of one side would include a task that the other side's rate lacks.
+// A task that only one side has must not count, because only that side's rate would include it.
 TEST_F(CompareTest, RatesOverAllTasksCoverOnlyTasksThatBothSidesHave) {
   const RecordedRuns a = Suite(Run("a", Info(50), First(0, 50), 5), Run("c", Info(50), First(50, 50), 5));
   RecordedRuns b = Suite(Run("b", Info(50), First(0, 50), 5), Run("d", Info(50), First(0, 50), 5));

@@ -72,7 +72,8 @@ TEST(Ranking, PoliciesWithoutVerdictsAreLast) {
   RecordedRuns nothing = Policy("nothing", First(0, 50));
   for (RecordedEpisode& episode : nothing.runs[0].episodes) episode.complete = false;
   const RecordedRuns worse = Policy("worse", First(10, 50)), better = Policy("better", First(45, 50));
-  // If no rate counted as equal to every other rate, a policy in between would keep these two apart.
+  // If a missing rate counted as equal to every other rate, these two might stay unsorted, because the policy
+  // without a rate is between them.
   const std::vector<RankedRun> ranking = Rank({worse, nothing, better});
   ASSERT_EQ(ranking.size(), 3u);
   EXPECT_EQ(ranking[0].name, "better");

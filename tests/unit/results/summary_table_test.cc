@@ -40,7 +40,7 @@ metrics::RunSummary Summary(int complete, int success) {
 
 TEST(PercentText, HasADecimalWhereItIsNarrow) {
   EXPECT_EQ(PercentText({0.7225, 1}), "72 to 100 %");
-  // The interval of 3,297 successes in 3,300 episodes.
+  // This is the interval of 3,297 successes in 3,300 episodes.
   EXPECT_EQ(PercentText({0.99733, 0.99969}), "99.7 to 100.0 %");
 }
 

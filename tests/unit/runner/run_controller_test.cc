@@ -1,5 +1,4 @@
-// Tests the launcher's view of a run with orders of messages that real processes produce once in a thousand
-// runs.
+// Tests the launcher's view of a run with orders of messages that are rare with real processes.
 #include "runner/run_controller.h"
 
 #include <gmock/gmock.h>

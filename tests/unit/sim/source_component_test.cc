@@ -98,7 +98,7 @@ class SourceComponentTest : public testing::Test {
     message.num_objects = static_cast<int32_t>(message.object.size());
     return message;
   }
-  // As Sample(), of a source whose stamps are in ms by mistake.
+  // Like Sample(), but from a source that sends its stamps in ms by mistake.
   source_state_t InMilliseconds(int64_t sample) const {
     source_state_t message = Sample(sample);
     message.stamp_us /= 1000;
@@ -161,7 +161,7 @@ TEST_F(SourceComponentTest, AnswersAnAnnouncementWithAModelOfTheKnownQuantities)
   EXPECT_EQ(model_.has_velocity, 0);
   EXPECT_EQ(model_.object_is_tracked[0], 1);
   const int before = num_models_;
-  Announce();  // it has not received the message
+  Announce();  // the source has not received MODEL
   EXPECT_EQ(num_models_, before + 1);
 }
 
@@ -261,7 +261,7 @@ TEST_F(CameraImages, ArePassedOnWithTheEpisodesHeader) {
   Publish(Image(50, "left/wrist"));
   ASSERT_EQ(passed_on_.size(), 2u);
   EXPECT_EQ(passed_on_[0].header.episode, 0);
-  EXPECT_EQ(passed_on_[0].header.tick, 2) << "the last one by 45 ms, of 20 ms each";
+  EXPECT_EQ(passed_on_[0].header.tick, 2) << "the last tick before 45 ms";
   EXPECT_EQ(passed_on_[0].header.sim_time_us, 45'000);
   EXPECT_EQ(passed_on_[0].data, jpeg_);
   EXPECT_EQ(passed_on_[1].view.camera, "left/wrist");

@@ -21,7 +21,28 @@ Evalbus.Board = class {
   }
 
   hear(head) {
-    this.head = head;
+    this.next = head;
+  }
+
+  // Replaces the shown block by the newest one as soon as the episodes that it counts have arrived, so that table and matrix
+  // show the same episodes. The first block is shown at once. Returns whether the shown block has changed.
+  adopt() {
+    const { next } = this;
+    if (!next || (this.head && !this.hasEpisodesOf(next))) return false;
+    this.head = next;
+    this.next = null;
+    return true;
+  }
+
+  // Returns whether the episodes have arrived for which the matrix of the first block waits.
+  get isLoaded() {
+    return Boolean(this.seeds.isLoading) && this.hasEpisodesOf(this.head);
+  }
+
+  // Returns whether all episodes that a block counts have arrived.
+  hasEpisodesOf(head) {
+    const { runs } = this.viewer;
+    return head.policies.every((policy) => policy.runs.every((run, i) => policy.runs_done[i] <= (runs.has(run) ? runs.get(run).episodes.length : 0)));
   }
 
   // Returns the number of combinations of policy and task, including those of a plan whose runs have not begun.
@@ -29,10 +50,10 @@ Evalbus.Board = class {
     return this.head ? this.head.policies.reduce((sum, policy) => sum + policy.cells.filter(Boolean).length, this.head.waiting_runs) : 0;
   }
 
-  // Returns the rows of a policy's episodes, extended by the policy's name and the note on the episode.
+  // Returns the rows of a policy's episodes that the table counts, extended by the policy's name and the note on the episode.
   rowsOf(k) {
     const policy = this.head.policies[k];
-    return policy.runs.flatMap((run) => (this.viewer.runs.has(run) ? this.viewer.runs.get(run).episodes : []))
+    return policy.runs.flatMap((run, i) => (this.viewer.runs.has(run) ? this.viewer.runs.get(run).episodes.slice(0, policy.runs_done[i]) : []))
       .map((row) => ({ ...row, policy: policy.name, note: this.viewer.notes.of(row.run, row.episode) }));
   }
 
@@ -44,10 +65,11 @@ Evalbus.Board = class {
     if (!this.head) return;
     const { policies } = this.head;
     const done = policies.reduce((sum, policy) => sum + policy.all.done, 0);
-    const { planned, is_over } = this.head;
+    const { planned, is_over, waiting_runs } = this.head;
     const count = (n) => n.toLocaleString("en"), most = Math.max(done, planned);
     Evalbus.setText(this.title, Evalbus.words(this.head.verdict) || this.answer() || "Overview");
-    Evalbus.setText(this.progress, `${count(done)}${done < planned ? ` of ${count(planned)}` : ""} ${most === 1 ? "episode" : "episodes"}; ${is_over ? "95 % intervals (Wilson)"
+    Evalbus.setText(this.progress, `${count(done)}${done < planned ? ` of ${count(planned)}` : ""} ${most === 1 ? "episode" : "episodes"}; ${waiting_runs
+      ? `${Evalbus.plural(waiting_runs, "run")} not begun; ` : ""}${is_over ? "95 % intervals (Wilson)"
       : "rates of unfinished policies have anytime-valid intervals, differences are preliminary"}`);
     const problems = this.problems();
     const layout = JSON.stringify([this.head, problems]);
@@ -82,7 +104,7 @@ Evalbus.Board = class {
       policies.length > 1 ? title(`vs ${Evalbus.words(policies[this.head.baseline].name)}`, "difference of the success rates in percentage points, with its 95 % interval; over equal seeds if both have them") : null,
       many ? tasks.map((task) => title(Evalbus.spaced(task.name))) : null,
       // With several tasks, the mean would depend on which tasks a policy solves, so it is not shown.
-      many ? null : title("time to success", "mean over the successes"), title("slips per grasp"));
+      many ? null : title("time to success", "mean over the successes"), title("slips per episode", "mean over the complete episodes"));
     this.table.replaceChildren(e("thead", {}, head), e("tbody", {}, policies.map((policy, k) => this.policyRow(policy, k))));
     const remarks = policies.filter((policy) => policy.against && policy.against.remark)
       .map((policy) => `${Evalbus.words(policy.name)}: ${Evalbus.words(policy.against.remark)}`).concat(problems);
@@ -99,20 +121,25 @@ Evalbus.Board = class {
     const cell = (label, node, kind) => e("td", { class: kind, "data-label": label }, node);
     const against = policy.against;
     return e("tr", {},
-      e("th", { scope: "row" }, k < 9 ? e("kbd", { title: `key ${k + 1} shows its episodes` }, String(k + 1)) : null, " ",
-        e("a", { href: Evalbus.listLink(`policy=${Evalbus.filterValue(policy.name)}`) }, Evalbus.words(policy.name))),
+      e("th", { scope: "row" }, e("a", { href: Evalbus.listLink(`policy=${Evalbus.filterValue(policy.name)}`) }, Evalbus.words(policy.name)),
+        k < 9 ? e("span", { class: "ev-key", title: `The key ${k + 1} shows the episodes of this policy.` }, "key ", e("kbd", {}, String(k + 1))) : null),
       cell(many ? "all" : "success", this.rate(policy.all, policy, many ? null : tasks[0].name), "ev-all"),
       this.head.policies.length > 1 ? cell("difference", this.difference(against, k), "ev-against") : null,
       many ? policy.cells.map((one, t) => cell(Evalbus.spaced(tasks[t].name), this.rate(one, policy, tasks[t].name))) : null,
       many ? null : cell("time to success", policy.all.time_s === null ? "–" : `${policy.all.time_s.toFixed(2)} s`),
-      cell("slips per grasp", policy.slips_per_grasp === null ? "–" : policy.slips_per_grasp.toFixed(2)));
+      cell("slips per episode", policy.slips_per_episode === null ? "–" : policy.slips_per_episode.toFixed(2)));
+  }
+
+  // Returns whether the folder of a policy's run was removed.
+  isGone(policy) {
+    return policy.runs.some((run) => this.viewer.runs.has(run) && this.viewer.runs.get(run).info.is_gone);
   }
 
   // Creates a success rate with its counts, and a bar with its interval.
   rate(counted, policy, task) {
     const e = Evalbus.element;
     if (!counted) return "";
-    if (!counted.judged) return e("span", { class: "ev-note" }, !counted.done ? "no episode yet" : counted.complete ? "not judged" : "not scored");
+    if (!counted.judged) return e("span", { class: "ev-note" }, !counted.done ? this.isGone(policy) ? "folder not found" : "no episode yet" : counted.complete ? "not judged" : "not scored");
     const [lower, upper] = counted.interval;
     const interval = e("i", { class: "ev-interval" }), mark = e("i", { class: "ev-rate-mark" });
     interval.style.left = `${100 * lower}%`;

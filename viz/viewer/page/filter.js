@@ -1,5 +1,5 @@
 // Filters of the list of episodes, such as "slips>0 and time<6", "reason:slip not policy=expert" or "seed=7 or note:odd". A
-// filter is parsed into a function of a row. Pure.
+// filter is parsed into a function of a row. This file does not use the page.
 "use strict";
 
 // Fields with numbers, by name. A row without a value matches no comparison. `time` (of the end), `success_time` and

@@ -53,9 +53,11 @@ Evalbus.Seeds = class {
 
   show(board) {
     this.board = board;
+    this.isLoading = !board.hasEpisodesOf(board.head);
     const { runs, notes } = this.viewer;
     const state = JSON.stringify([board.head.policies.map((policy) => [policy.name, policy.runs.map((run) =>
-      [runs.has(run) ? runs.get(run).changes : 0, ...(notes.byRun.get(run) || [])])]), board.head.tasks.length]);
+      [runs.has(run) ? runs.get(run).changes : 0, ...(notes.byRun.get(run) || [])]), policy.runs_done]), board.head.tasks.length,
+    this.isLoading, board.head.policies.map((policy) => board.isGone(policy))]);
     if (state === this.state) return;
     this.state = state;
     this.redraw();
@@ -66,7 +68,7 @@ Evalbus.Seeds = class {
     this.width = this.place.clientWidth;
     this.place.style.setProperty("--name", `${this.nameWidth()}px`);
     const { policies, tasks } = this.board.head;
-    const rows = policies.map((_, k) => this.board.rowsOf(k));
+    const rows = policies.map((_, k) => (this.isLoading ? [] : this.board.rowsOf(k)));
     const counts = new Map();
     for (const row of rows.flat()) {
       const reason = Evalbus.FILTER_TEXTS.reason(row);
@@ -131,8 +133,7 @@ Evalbus.Seeds = class {
       this.most += 5 * Evalbus.Seeds.PAGE;
       this.redraw();
     };
-    const isLoading = policies.some((policy) => policy.all.done > 0);
-    return e("div", { class: "ev-matrix" }, e("h3", {}, Evalbus.spaced(task)), bands.length ? bands : e("p", { class: "ev-note" }, bySeed.size ? "no seed on which the policies differ" : isLoading ? "loading" : "no episode yet"),
+    return e("div", { class: "ev-matrix" }, e("h3", {}, Evalbus.spaced(task)), bands.length ? bands : e("p", { class: "ev-note" }, bySeed.size ? "no seed on which the policies differ" : this.isLoading ? "loading" : policies.every((policy) => this.board.isGone(policy)) ? "folder not found" : "no episode yet"),
       more > 0 ? e("p", { class: "ev-segments" }, e("button", { type: "button", onclick: showMore }, `${more.toLocaleString("en")} more seeds`)) : null);
   }
 

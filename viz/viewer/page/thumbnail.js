@@ -20,6 +20,7 @@ Evalbus.Thumbnails = class {
     this.tracks = [];  // tracks in the scene
     this.isPlaying = false;
     this.onIdle = () => {};
+    this.wake = () => {};  // requests an animation frame for the shown image
     this.queue = Promise.resolve();
   }
 
@@ -42,21 +43,24 @@ Evalbus.Thumbnails = class {
   play(row, parent) {
     const from = Evalbus.startOf(row), span = 2;
     const isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    return this.present(parent, () => this.prepare(row), (elapsed_s) => from + (isCalm ? 1 : Math.min(span, elapsed_s % (span + 0.4))));
+    return this.present(parent, () => this.prepare(row), (elapsed_s) => from + (isCalm ? 1 : Math.min(span, elapsed_s % (span + 0.4))), !isCalm);
   }
 
-  // Shows these tracks at the time timeAt() (s), with the camera of the scene `view`, until another call or stop().
+  // Shows these tracks at the time timeAt() (s), with the camera of the scene `view`, until another call or stop(). wake() must
+  // be called when timeAt() has changed.
   follow(view, tracks, isBeside, parent, timeAt) {
     return this.present(parent, async () => {
       if (!await this.showTracks(tracks, isBeside)) return false;
       this.scene.lookLike(view);
       return true;
-    }, timeAt);
+    }, timeAt, false);
   }
 
-  // prepare(): resolves to whether the scene can be shown. timeAt(elapsed_s): returns the time (s) to show.
-  async present(parent, prepare, timeAt) {
+  // prepare(): resolves to whether the scene can be shown. timeAt(elapsed_s): returns the time (s) to show. isMoving: whether
+  // this time changes by itself.
+  async present(parent, prepare, timeAt, isMoving) {
     const turn = this.turn = (this.turn || 0) + 1;
+    this.wake = () => {};
     if (!this.begin()) return;
     this.isPlaying = true;
     parent.append(this.place);
@@ -64,16 +68,23 @@ Evalbus.Thumbnails = class {
     const isShown = await this.enqueue(() => (turn === this.turn ? prepare() : false));
     if (!isShown || turn !== this.turn) return;
     const begin = performance.now();
-    let drawn_s = null;
+    let drawn_s = null, isRequested = false;
+    const request = () => {
+      if (isRequested || turn !== this.turn) return;
+      isRequested = true;
+      requestAnimationFrame(frame);
+    };
     const frame = (now) => {
+      isRequested = false;
       if (turn !== this.turn) return;
       const time_s = timeAt(Math.max(0, now - begin) / 1000);
       if (time_s !== drawn_s) this.draw(time_s);
       drawn_s = time_s;
       this.place.classList.add("ev-ready");
-      requestAnimationFrame(frame);
+      if (isMoving) request();
     };
-    requestAnimationFrame(frame);
+    this.wake = request;
+    request();
   }
 
   stop() {

@@ -23,7 +23,8 @@ Evalbus.zoomed = (view, end, center, factor, least) => {
 
 Evalbus.Timeline = class {
   // onSeek(tick): called for a click and while dragging. onView(): called when the shown part of the time axis has changed.
-  // onPoint(place): requests the scene at the time `pointed` in the element `place`; onPoint(null) ends this.
+  // onPoint(place): requests the scene at the time `pointed` in the element `place`, whenever `pointed` has changed;
+  // onPoint(null) ends this.
   constructor(place, onSeek, onView, onPoint) {
     const e = Evalbus.element;
     this.onSeek = onSeek;
@@ -198,7 +199,7 @@ Evalbus.Timeline = class {
     this.pointed = time_s === null ? null : this.tickAt(time_s) * this.tracks[0].tickSeconds;
     if (time_s === null) this.image.hidden = true;
     else this.image.style.setProperty("--x", `${x.toFixed(0)}px`);
-    if ((was === null) !== (time_s === null)) this.onPoint(time_s === null ? null : this.image);
+    if (was !== this.pointed) this.onPoint(time_s === null ? null : this.image);
   }
 
   redraw() {

@@ -17,6 +17,7 @@ Evalbus.Viewer = class {
     this.recent = new Map();  // tracks of finished episodes, newest last
     this.problem = "";
     this.isOpening = null;  // number of the episode that is being loaded
+    this.openingRun = null;  // run of this episode
     this.missed = null;  // arguments of an open() that failed while the connection was lost
     this.connectionState = "connecting";
     const seek = (tick) => this.seek(tick);
@@ -110,6 +111,7 @@ Evalbus.Viewer = class {
   // ---- updates from the source
 
   runOf(number) {
+    // changes: counts the updates that removed episodes.
     if (!this.runs.has(number)) this.runs.set(number, { info: { run: number }, episodes: [], changes: 0, lines: [], track: null });
     return this.runs.get(number);
   }
@@ -144,8 +146,9 @@ Evalbus.Viewer = class {
   hearEpisodes(head) {
     const run = this.runOf(head.run);
     // The episodes that are removed from the list may have been repeated (--resume), or the folder contains a different run.
-    for (const row of run.episodes.splice(head.from)) this.recent.delete(Evalbus.keyOf(row));
-    ++run.changes;
+    const removed = run.episodes.splice(head.from);
+    for (const row of removed) this.recent.delete(Evalbus.keyOf(row));
+    if (removed.length) ++run.changes;
     for (const row of head.episodes) run.episodes.push({ ...row, run: head.run });
     this.showRun();
     if (this.views) this.views.update();
@@ -284,6 +287,9 @@ Evalbus.Viewer = class {
     const turn = this.turn = (this.turn || 0) + 1;
     this.wanted = this.missed = null;
     this.isOpening = episode;
+    this.openingRun = run;
+    this.showHead();
+    this.showRun();
     this.showEmpty();
     try {
       const track = await this.trackOf(run, episode);
@@ -358,6 +364,7 @@ Evalbus.Viewer = class {
   }
 
   chooseRun(run) {
+    this.wanted = null;
     this.shownRun = run;
     this.source.watch(run);
     if (this.player.isFollowing) this.followNewest();
@@ -509,6 +516,12 @@ Evalbus.Viewer = class {
 
   // Shows the scene at the time under the pointer in `place`, an element above the timeline. If `place` is null, hides it.
   showPointed(place) {
+    const isShown = this.isPointing && place;
+    this.isPointing = Boolean(place);
+    if (isShown) {
+      this.thumbnails.wake();
+      return;
+    }
     clearTimeout(this.pointTimer);
     this.thumbnails.stop();
     if (!place || !this.isSceneReady) return;
@@ -553,8 +566,15 @@ Evalbus.Viewer = class {
     this.showEmpty();
   }
 
+  // Returns the run that the page's head and the run's panel show: while a link is being opened, the run of the link.
+  get headRun() {
+    const { wanted } = this;
+    const opened = this.isOpening !== null ? this.openingRun : wanted && !this.tracks.length ? wanted.run : null;
+    return this.runs.get(this.runs.has(opened) ? opened : this.shownRun);
+  }
+
   showHead() {
-    const run = this.runs.get(this.shownRun);
+    const run = this.headRun;
     const info = this.views && !this.views.isPlayer ? this.views.info() : run ? run.info : {};
     const p = this.parts;
     const name = Evalbus.words(info.name);
@@ -570,7 +590,7 @@ Evalbus.Viewer = class {
       connecting: ["wait", "connecting"], unsupported: ["gone", "cannot be unpacked"], packed: ["still", "recorded run"],
       lost: ["gone", this.runs.size ? "connection lost; reconnecting" : "no connection yet; retrying"],
       open: shown.is_over ? ["still", shown.is_live !== false ? "run ended" : several ? "finished" : "finished run"]
-        : shown.is_live === false ? shown.is_active ? ["live", "running"] : ["still", "interrupted (no process on this machine)"] : ["live", Evalbus.words(shown.phase) === "running" || !shown.phase ? "live" : `live · ${Evalbus.words(shown.phase)}`],
+        : shown.is_live === false ? shown.is_active ? ["live", "running"] : shown.is_gone ? ["gone", "folder not found"] : ["still", "interrupted (no process on this machine)"] : ["live", Evalbus.words(shown.phase) === "running" || !shown.phase ? "live" : `live · ${Evalbus.words(shown.phase)}`],
     };
     const [kind, text] = states[this.connectionState];
     p.state.dataset.kind = kind;
@@ -585,13 +605,13 @@ Evalbus.Viewer = class {
   }
 
   showRun() {
-    const run = this.runs.get(this.shownRun);
-    if (!run || this.isRunDue) return;
+    // In the other views, the panel is hidden. Views.choose() calls this function when the player is shown.
+    if (!this.headRun || this.isRunDue || (this.views && !this.views.isPlayer)) return;
     // The panel is updated at most once per animation frame.
     this.isRunDue = true;
     requestAnimationFrame(() => {
       this.isRunDue = false;
-      const now = this.runs.get(this.shownRun);
+      const now = this.headRun;
       if (now) this.runPanel.show([...this.runs.values()].filter((one) => !one.info.is_replaced), now, this.tracks[0] && this.tracks[0].key, this.tracks[1] && this.tracks[1].key);
     });
   }
@@ -599,7 +619,7 @@ Evalbus.Viewer = class {
   showEmpty() {
     const text = this.problem || (this.tracks.length ? "" : this.isOpening !== null
       ? `Loading episode ${this.isOpening}.` : this.connectionState === "lost" ? "The server does not answer. This page retries automatically." : this.whatIsAwaited());
-    const run = this.runs.get(this.shownRun), remarks = run && run.info.remarks || [];
+    const run = this.headRun, remarks = run && run.info.remarks || [];
     if (!this.tracks.length) this.noteScene(this.problem || (this.isOpening !== null ? Evalbus.LOADING : remarks.join(" ")));
     Evalbus.setText(this.parts.empty, text);
     this.parts.empty.hidden = text === "";
@@ -610,6 +630,7 @@ Evalbus.Viewer = class {
     if (!this.wanted || this.runs.size === 0) return "No episode has begun yet.";
     const run = this.runs.get(this.wanted.run);
     if (!run) return `This page has no run ${this.wanted.run}.`;
+    if (run.info.is_gone) return `The folder of ${Evalbus.runName(run.info)} no longer exists.`;
     return run.info.is_over ? `${Evalbus.runName(run.info)} has no episode ${this.wanted.episode}.` : `Episode ${this.wanted.episode} has not begun yet.`;
   }
 

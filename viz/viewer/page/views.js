@@ -32,6 +32,7 @@ Evalbus.Views = class {
   hearBoard(head) {
     const isFirst = !this.board.head;
     this.board.hear(head);
+    const isNew = this.board.adopt();
     this.nav.hidden = false;
     // A page with several combinations of policy and task opens with the overview, unless its URL selects another view or an
     // episode is already shown.
@@ -40,29 +41,30 @@ Evalbus.Views = class {
       this.choose("board");
     }
     this.viewer.showHead();
-    this.update();
+    if (isNew) this.show();
   }
 
-  // Shows new data at most ten times per second.
+  // Shows new data at most ten times per second, and a new overview at once.
   update() {
-    if (this.isPlayer || this.timer) return;
-    this.timer = setTimeout(() => {
-      this.timer = null;
-      this.show();
-    }, 100);
+    const isNew = this.board.adopt();
+    if (isNew) this.viewer.showHead();
+    if (this.isPlayer) return;
+    if (isNew || this.board.isLoaded) this.show();
+    else if (!this.timer) this.timer = setTimeout(() => this.show(), 100);
   }
 
   show() {
+    clearTimeout(this.timer);
+    this.timer = null;
     if (this.name === "board") this.board.show();
     if (this.name === "episodes") this.episodes.show();
   }
 
   // Returns a summary of all runs in the form of the head of a "run" block, for the head of the page.
   info() {
-    const { policies, tasks, is_over } = this.board.head || { policies: [], tasks: [] };
-    const count = (list, one, more) => `${list.length} ${list.length === 1 ? one : more}`;
-    return { name: "evalbus", task: `${count(policies, "policy", "policies")}, ${count(tasks, "task", "tasks")}`, is_over,
-      is_live: this.some("is_live"), is_active: this.some("is_active") };
+    const { num_policies, num_tasks, is_over } = this.board.head || { num_policies: 0, num_tasks: 0 };
+    return { name: "evalbus", task: `${num_policies} ${num_policies === 1 ? "policy" : "policies"}, ${Evalbus.plural(num_tasks, "task")}`, is_over,
+      is_live: this.some("is_live"), is_active: this.some("is_active"), is_gone: this.some("is_gone") };
   }
 
   some(key) {
@@ -82,7 +84,9 @@ Evalbus.Views = class {
     this.hover(null);
     this.show();
     this.viewer.showHead();
-    if (name === "player") this.viewer.openFirst();
+    if (name !== "player") return;
+    this.viewer.showRun();
+    this.viewer.openFirst();
   }
 
   // Returns whether the URL fragment selects a view other than an episode.

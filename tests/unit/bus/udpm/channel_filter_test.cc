@@ -36,7 +36,8 @@ class ChannelFilterTest : public testing::Test {
     char buffer[65536];
     return recv(receiver_, buffer, sizeof buffer, MSG_DONTWAIT) >= 0;
   }
-  // Fragment `number` of `count` of a message of `size` bytes has a header and `data` more bytes.
+  // Returns whether a fragment passes: number `number` of the `count` fragments of a message of `size` bytes,
+  // with a header and `data` more bytes.
   bool FragmentPasses(uint32_t size, uint32_t offset, uint16_t number, uint16_t count, size_t data,
                       const std::string& beginning = "") {
     const uint32_t words[] = {htonl(0x4c433033), 0, htonl(size), htonl(offset),
@@ -44,7 +45,7 @@ class ChannelFilterTest : public testing::Test {
     return Passes(std::string(reinterpret_cast<const char*>(words), sizeof words) + beginning +
                   std::string(data - beginning.size(), 'x'));
   }
-  // MessagePasses() sends a message in one datagram; the other function sends the first of three fragments.
+  // MessagePasses() sends a message in one datagram; FirstPasses() sends the first of three fragments.
   bool MessagePasses(const std::string& channel) {
     return Passes(std::string("LC02\0\0\0\1", 8) + channel + '\0');
   }

@@ -1,5 +1,5 @@
-// Tests the decisive moment with the shortest episode that fulfills each rule. Expected values were computed
-// by hand. Ticks last 0.02 s.
+// Tests the decisive moment with a short episode for each case. Expected values were computed by hand. Ticks
+// last 0.02 s.
 #include "metrics/cause/cause_finder.h"
 
 #include <gtest/gtest.h>
@@ -75,7 +75,7 @@ class CauseFinderTest : public testing::Test {
                reached_, conditions_);
     }
   }
-  // The robot moves only its joints.
+  // Plays ticks in which the robot's joints move and everything else stays as the test has set it.
   void Move(int ticks) {
     for (int k = 0; k < ticks; ++k) {
       for (double& joint : joints_) joint += 0.03;
@@ -215,6 +215,19 @@ TEST_F(CauseFinderTest, AnOpeningWithoutACommandIsNoRelease) {
   EXPECT_EQ(Find().kind, "missed_condition");
 }
 
+TEST_F(CauseFinderTest, AGripperThatWasCommandedToOpenBrieflyLosesTheObject) {
+  closing_ = {1, 1};
+  HoldWithBoth();
+  closing_[kLeft] = 0.5;
+  Move(5);  // up to tick 25
+  closing_[kLeft] = 1;
+  touching_[kLeft] = 0;
+  Move(300);
+  EXPECT_EQ(Find().kind, "lost_object") << Find().text;
+  EXPECT_TRUE(Find().text.starts_with("Left gripper opened briefly and lost the kitchen pot at 0.50 s"))
+      << Find().text;
+}
+
 TEST_F(CauseFinderTest, ACommandToOpenIsTheMomentOfARelease) {
   closing_ = {1, 1};
   HoldWithBoth();
@@ -229,7 +242,7 @@ TEST_F(CauseFinderTest, ACommandToOpenIsTheMomentOfARelease) {
   EXPECT_TRUE(Find().text.starts_with("Left gripper let go of the kitchen pot at 0.50 s")) << Find().text;
 }
 
-// The fingers need some ticks to open, and the object is lifted until then.
+// The fingers need some ticks to open, during which the object is lifted further.
 TEST_F(CauseFinderTest, TheLiftIsThatOfTheMoment) {
   closing_ = {1, 1};
   HoldWithBoth();
@@ -551,7 +564,8 @@ TEST_F(CauseFinderTest, AGripperThatReturnsToTheObjectDoesNotClose) {
   EXPECT_EQ(Find().tick, 21);
 }
 
-// The pot falls past the closed hand to where it lies at tick 10.
+// While the right hand is commanded closed, the pot moves away from it, as if falling, and comes to rest at
+// tick 10.
 TEST_F(CauseFinderTest, AFallingObjectDoesNotComeToTheGripper) {
   dut_.Start();
   tick_ = -1;

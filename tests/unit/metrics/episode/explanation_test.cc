@@ -1,5 +1,5 @@
-// Tests how and why an episode ended, with a minimal episode for each failure reason, and the wording and the
-// numbers of the explanation.
+// Tests how and why an episode ended, with short episodes, and the wording and the numbers of the
+// explanation.
 #include "metrics/episode/explanation.h"
 
 #include <gtest/gtest.h>

@@ -385,7 +385,7 @@ void Stir(RolloutMetrics* metrics) {
 TEST_F(RolloutMetricsTest, NothingSurvivesStart) {
   Stir(&dut_);
   const std::string first = ResultJson(Values()).dump() + ExtendedJson(Extended(), Values()).dump();
-  // Every count and value of that episode differs from zero.
+  // Every count and value of that episode differs from zero, except the distance to the goal.
   for (const auto& [name, value] : FlattenedValues(ResultJson(Values()))) {
     if (name == "target_distance.goal") continue;
     EXPECT_NE(value, 0) << name;

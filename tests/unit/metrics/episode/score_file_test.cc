@@ -138,7 +138,7 @@ TEST_F(LongFile, MemoryDoesNotGrowWithTheNumberOfSteps) {
   EXPECT_GT(std::filesystem::file_size(file), 3'000'000u);  // as JSON values, several times as much
 }
 
-// A file gives the same result as a parsed document.
+// The notation of numbers and names, and white space, do not change the result.
 TEST_F(LongFile, MayBeWrittenInAnyWay) {
   const auto file = Write(4, keys_);
   const auto expected = ScoreFile(file);
@@ -151,7 +151,8 @@ TEST_F(LongFile, MayBeWrittenInAnyWay) {
   }
 }
 
-// The numbers are bit-identical. Some have more digits than an integer can hold.
+// The numbers are bit-identical to those of the parsed document. Some have more digits than an integer can
+// hold.
 TEST_F(LongFile, HasEachNumberAsParsingTheWholeHasIt) {
   for (const char* number :
        {"-0", "-0.0", "1E-7", "2.5e+3", "1e23", "9007199254740993", "4.9e-324", "2.2250738585072011e-308",

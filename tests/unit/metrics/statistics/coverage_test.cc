@@ -1,6 +1,6 @@
-// Simulates the coverage of the intervals and the error rates of the tests, with fixed random numbers. A few
-// hundred samples each take seconds. EVALBUS_SIMULATIONS=4000 gives the figures of docs/metrics.md, which the
-// tests print.
+// Simulates the coverage of the intervals and the error rates of the tests, with fixed random numbers. By
+// default, there are 400 simulations of a case, or 50 if each sample is resampled. EVALBUS_SIMULATIONS=4000
+// gives the figures of docs/metrics.md, which the tests print.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ namespace evalbus::metrics::coverage_test {
 using Values = std::vector<double>;
 using Engine = std::mt19937_64;
 
-// There are fewer simulations if each sample is resampled.
+// There are fewer simulations if each sample of n values is resampled.
 int Simulations(int n = 0) {
   const char* const asked = std::getenv("EVALBUS_SIMULATIONS");
   if (asked) return std::max(1, std::atoi(asked));

@@ -51,7 +51,8 @@ TEST(Power, OfFisherIsThatOfAllTables) {
   EXPECT_NEAR(FisherPower(500, 500, 0.55, 0.45), FisherPower(501, 501, 0.55, 0.45), 0.02);
 }
 
-// Few pairs are computed exactly from the shares of all (only_a, only_b) that are not decided yet.
+// For few pairs, the power is computed exactly, from the probabilities of all (only_a, only_b) that are not
+// decided yet.
 TEST(Power, OfTheSequentialTestIsThatOfAllWays) {
   const DiscordantShares shares{0.5, 0.1};
   constexpr int kMax = 40, kStep = 5;

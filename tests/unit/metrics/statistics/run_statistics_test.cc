@@ -283,7 +283,7 @@ TEST(RunStatistics, CountEpisodesThatWereDecidedAtTheStart) {
       "the policy does");
 }
 
-// Two episodes of 5 s.
+// The run has two episodes of 5 s.
 TEST(RunStatistics, NoteManyClippedValues) {
   const auto text = [](int clips, int unreachable) {
     const ordered_json metrics = {

@@ -56,7 +56,7 @@ TEST(SequentialMcNemar, ProgressIsAveragedWithSuccess) {
   EXPECT_LE(SequentialP({0, 0}, Wins{10, 0}, false), 0.05);
 }
 
-// The share of comparisons that are decided, and their mean number of pairs.
+// Share of the comparisons that are decided, and mean number of pairs over all comparisons.
 struct Simulated {
   double decided = 0, mean_pairs = 0;
 };
@@ -114,7 +114,8 @@ TEST(SequentialMcNemar, StopsEarlyWhereItIsClear) {
   EXPECT_LT(looks.mean_pairs, 50);
 }
 
-// The policies have equal success, but one makes more progress or is faster in 80 % of the pairs.
+// The policies have equal success rates. In 80 % of the pairs with equal success, one makes more progress or
+// is faster.
 TEST(SequentialMcNemar, ProgressDecidesWhereSuccessCannot) {
   const Rates rates{0.7, 0.7, 0.8};
   EXPECT_LT(Simulate(rates, 1, 200, 0.05, false).decided, 0.05);
@@ -160,7 +161,8 @@ TEST(ChanceToDecide, EndsComparisonsOfPoliciesThatAreAlike) {
   EXPECT_GT(ChanceOfSequentialTest({12, 4}, std::nullopt, 80, 200, 0.05), 0.5);
 }
 
-// The cost of ending comparisons early is that fewer than kLeastChance of them would still have been decided.
+// The cost is that at most kLeastChance of all comparisons would have been decided after they were ended
+// early.
 TEST(ChanceToDecide, CostsFewDecisions) {
   constexpr int kStep = 10, kMost = 200, kRepetitions = 4000;
   std::map<std::array<int, 3>, bool> known;

@@ -121,7 +121,7 @@ TEST_F(ExpressionTest, TiltIsMeasuredAgainstTheVerticalOrPerpendicularToAnAxis) 
   const Expression forward = Call("tilt", {{"object", "pot"}, {"axis", "x"}});
   EXPECT_NEAR(Measure(free), 0, 1e-12);
   EXPECT_NEAR(Measure(lateral), 0, 1e-12);
-  // A rotation about x moves the up axis toward -y. Its angle to -y, phi, is 90 - 30 degrees.
+  // A rotation about x tilts the up axis by 30 degrees toward -y or, if the angle is negative, toward y.
   for (double angle : {30., -30.}) {
     Set(&state_.body[kPot].quat_wxyz, Rotation(angle * kDegree, 1, 0, 0));
     EXPECT_NEAR(Measure(free), 30 * kDegree, 1e-12);

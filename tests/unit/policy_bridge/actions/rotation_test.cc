@@ -227,7 +227,7 @@ TEST(Rotation, RoundTripsNearGimbalLock) {
   }
 }
 
-// A rotation vector of any length is an angle, even the largest double.
+// Every rotation vector is valid, even one as long as the largest double.
 TEST(Rotation, AnyRotationVectorIsOne) {
   EXPECT_LT((Read(RotationForm::kAxisAngle, {0, 0, 2.5 * std::numbers::pi}) - About(2, std::numbers::pi / 2))
                 .norm(),

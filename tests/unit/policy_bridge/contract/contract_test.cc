@@ -264,7 +264,7 @@ TEST(Contract, AllPresetsAreReadableAndDistinguishable) {
   }
 }
 
-// Contracts for a Panda fit our robot. ALOHA's arms have six joints, and this is reported.
+// Contracts for a Panda fit the robot of LiftPot. ALOHA's arms have six joints, and this is reported.
 TEST(Contract, PresetsFitTheRobotsTheyAreFor) {
   const PolicyScene& scene = GetPolicyScene();
   for (const Contract& contract : AllContracts()) {

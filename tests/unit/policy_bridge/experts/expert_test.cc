@@ -126,8 +126,8 @@ TEST(LiftPotExpert, SucceedsOnEachVariation) {
   }
 }
 
-// All actions of the first chunk are computed from the state at tick 0. Its hands are closed, so the expert
-// must not plan yet.
+// At tick 0 the grippers are still closed. The expert must not plan yet, because all actions of the first
+// chunk are computed from this state.
 TEST(LiftPotExpert, SucceedsWithAnInferenceDelay) {
   model_info_t info = GetPolicyScene().info();
   info.substeps = 10;  // 50 Hz

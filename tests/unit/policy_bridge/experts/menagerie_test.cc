@@ -176,8 +176,7 @@ arms:
   EXPECT_LT(HoldHome(LoadRobot(file, {.model_path = {folder}})), 0.1);
 }
 
-// A copy of an external folder in which the elements that evalbus refuses are changed. Each change is listed
-// in a line.
+// A copy of an external folder, in which a test changes files, for example elements that evalbus refuses.
 class Copy {
  public:
   Copy(const fs::path& from, const std::string& name) {

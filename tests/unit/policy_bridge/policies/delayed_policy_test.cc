@@ -45,7 +45,7 @@ std::vector<double> Play(const Latency& latency, int ticks, std::vector<policy_a
   return commands;
 }
 
-// At 10 Hz, 5 actions of a chunk are executed, and 150 ms are 2 ticks.
+// At 10 Hz, 5 actions of a chunk are executed, and 150 ms is rounded up to 2 ticks.
 TEST(DelayedPolicy, SynchronousPausesThePolicysClock) {
   std::vector<policy_action_t> answers;
   EXPECT_EQ(Play({Latency::Kind::kFixed, 0.15}, 11, &answers),

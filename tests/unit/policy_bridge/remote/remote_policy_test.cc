@@ -203,7 +203,7 @@ TEST_F(RemotePolicyTest, SettlesFirst) {
 
 TEST_F(RemotePolicyTest, ComputationIsChargedInTicks) {
   Serve([calls = 0](const Value&) mutable { return ChunkOf(2, 0.2 * ++calls); });
-  // 120 ms are three ticks of 50 ms.
+  // 120 ms is rounded up to three ticks of 50 ms.
   Make(ParseLatency("120"));
   Begin();
   EXPECT_EQ(Act(0), 0);
@@ -296,7 +296,7 @@ TEST_F(RemotePolicyTest, OnARealtimeClockItHoldsUntilTheAnswerIsThere) {
   EXPECT_GE(said_.at(0).held_ticks, 2);
 }
 
-// The simulation is so slow here that the answer arrives within the first half of its tick, which lasts 25 s.
+// The simulation is so slow here that the answer arrives within the first half (25 s) of its tick.
 TEST_F(RemotePolicyTest, OnARealtimeClockAnAnswerWithinTheWindowCountsForItsTick) {
   Serve([calls = 0](const Value&) mutable { return ChunkOf(2, 0.2 * ++calls); });
   Make({}, "realtime", 1e-3);

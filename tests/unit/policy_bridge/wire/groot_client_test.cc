@@ -78,7 +78,7 @@ TEST_P(GrootDialects, AreFoundAndSpoken) {
                                      {"language", modality({kTask}, {0})}}));
   ExpectActions(client->Infer(Observation()).value);
   EXPECT_EQ(client->Name(), GetParam().name);
-  // The discovered properties are cached, so each needs only one request.
+  // The client caches what it discovered about the server, so each further inference needs only one request.
   const size_t asked = server.requests().size();
   ExpectActions(client->Infer(Observation()).value);
   EXPECT_EQ(server.requests().size(), asked + 1);
@@ -303,7 +303,7 @@ TEST_F(GrootFaults, AnAnswerThatIsTooLongIsNotRead) {
   EXPECT_FALSE(client_->connected());
 }
 
-// Sends the request as often as it is called. No socket remains blocked in the middle of a request.
+// After a timeout, the client can connect and send requests again.
 TEST_F(GrootFaults, ASilentServerEndsInTime) {
   Connect(0.3);
   server_->BeSilentNext("get_action");
@@ -349,7 +349,7 @@ TEST_F(GrootFaults, ConnectingEndsInOneLineWhateverAnswers) {
   EXPECT_THAT(FailureOf([&] { client_->Connect(); }),
               FailsAs(Kind::kReply, "video: expected a map with a list modality_keys, got text \"front\""));
 
-  // One address is a web server that answers the handshake with a page, and the other host does not exist.
+  // A web server listens at this address.
   const doubles::RestServer web([](const std::string&) { return "{}"; });
   ClientOptions options;
   options.connect_s = 0.3;

@@ -58,7 +58,7 @@ TEST(GrootCodec, RefusesWhatItCannotRead) {
   EXPECT_THAT(failure("82" + modality + Text("as_json") + Text("{")), FailsAs(Kind::kProtocol, "JSON"));
   EXPECT_THAT(failure(""), FailsAs(Kind::kProtocol, ""));
   EXPECT_THAT(failure("80c0"), FailsAs(Kind::kProtocol, "after its end"));
-  // The header announces 4 G values.
+  // Each header announces 2^32 - 1 elements, pairs or bytes.
   EXPECT_EQ(failure("ddffffffff01").kind(), Kind::kProtocol);
   EXPECT_EQ(failure("dfffffffff").kind(), Kind::kProtocol);
   EXPECT_EQ(failure("c6ffffffff00").kind(), Kind::kProtocol);

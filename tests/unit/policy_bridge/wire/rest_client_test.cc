@@ -35,7 +35,7 @@ class RestClient : public testing::Test {
     client_ = MakePolicyClient(options_);
     client_->Connect();
   }
-  // Returns the actions in the answer to the next request, which has this body.
+  // Sends a request that the server answers with this body. Returns the actions in the answer.
   Value Actions(const std::string& body) {
     answer_ = body;
     return *client_->Infer(Observation()).value.Find("actions");

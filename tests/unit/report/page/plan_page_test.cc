@@ -1,8 +1,10 @@
-// Tests the links on a plan's page.
+// Tests the links and the ranking on a plan's page.
 #include "report/page/plan_page.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "metrics/statistics/interval.h"
 
 namespace evalbus::report::plan_page_test {
 
@@ -15,6 +17,7 @@ metrics::RunSummary Summary(int successes, int judged,
   summary.successes = successes;
   summary.judged = judged;
   summary.success_rate = static_cast<double>(successes) / judged;
+  summary.wilson = metrics::WilsonInterval(successes, judged);
   summary.failure_reasons = std::move(failure_reasons);
   return summary;
 }
@@ -39,6 +42,12 @@ TEST(PlanPage, LeadsToEpisodesIn3D) {
   EXPECT_THAT(page, HasSubstr("<a href=\"a/report.html#view:run=0,episode=2\">episode 2</a>"));
   EXPECT_THAT(page, HasSubstr("<a href=\"b/report.html#view:run=0,episode=1\" title=\"one of them in 3D\">"));
   EXPECT_THAT(page, HasSubstr("0 of 4<"));
+}
+
+TEST(PlanPage, ShowsIntervalsAsNumbers) {
+  const std::string page = PlanPage(Report(), "evalbus");
+  EXPECT_THAT(page, HasSubstr(">30 to 95 %<"));
+  EXPECT_THAT(page, HasSubstr(">0 to 49 %<"));
 }
 
 // The plan lists the worst policy first.

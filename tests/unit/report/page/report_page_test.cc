@@ -320,7 +320,7 @@ TEST(ReportPage, HistogramHasABarForEachBinWithValues) {
   EXPECT_EQ(bars, 2);
 }
 
-// The figure's frame is 260 pixels wide; a character takes about 6.4.
+// The figure is 260 pixels wide, and a character is about 6.4 pixels wide.
 TEST(ReportPage, LabelsOfAScaleStayInTheFigure) {
   ReportRun run = SomeRun();
   for (size_t i = 0; i < 3; ++i) {

@@ -84,7 +84,7 @@ TEST(Number, HasFourSignificantDigits) {
   EXPECT_EQ(Number(kNaN), "-");
 }
 
-// As in tests/browser/page_functions.js.
+// tests/browser/page_functions.js tests the same rule of the page's scripts.
 TEST(LineColor, IsThatOfTheArm) {
   const auto colors = [](const std::vector<std::string>& names) {
     std::vector<std::string> all;

@@ -36,8 +36,8 @@ TEST(Strip, HasASquareForEachEpisode) {
   EXPECT_THAT(html, Not(HasSubstr("combined")));
 }
 
-// 5,000 episodes are combined into 100 squares of 50 episodes. In each square, 45 episodes succeeded and the
-// first one failed.
+// 5,000 episodes are combined into 100 squares of 50 episodes. In each square, 45 episodes succeeded and five
+// failed, including the first.
 TEST(Strip, CombinesManyEpisodes) {
   EXPECT_EQ(ColumnsPerSquare(200), 1u);
   EXPECT_EQ(ColumnsPerSquare(201), 10u);

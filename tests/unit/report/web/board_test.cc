@@ -53,6 +53,9 @@ TEST_F(BoardTest, CountsAndDifferences) {
   const ordered_json &expert = board["policies"][0], &noisy = board["policies"][1];
   EXPECT_EQ(expert["name"], "expert");
   EXPECT_EQ(expert["runs"], ordered_json({0}));
+  EXPECT_EQ(expert["runs_done"], ordered_json({10}));
+  EXPECT_EQ(board["num_policies"], 2);
+  EXPECT_EQ(board["num_tasks"], 1);
   EXPECT_EQ(expert["against"], nullptr);
   EXPECT_EQ(expert["cells"][0]["successes"], 9);
   EXPECT_EQ(expert["cells"][0]["complete"], 10);
@@ -61,9 +64,9 @@ TEST_F(BoardTest, CountsAndDifferences) {
   EXPECT_EQ(expert["cells"][0]["stages"], ordered_json::parse("[[1, 10], [2, 9]]"));
   EXPECT_EQ(expert["cells"][0]["successes_without_stage"], 0);
   EXPECT_DOUBLE_EQ(expert["all"]["time_s"], 8);  // mean of 4 to 12
-  EXPECT_EQ(expert["slips_per_grasp"], 0.0);
+  EXPECT_EQ(expert["slips_per_episode"], 0.0);
   EXPECT_EQ(noisy["all"]["rate"], 0.4);
-  EXPECT_EQ(noisy["slips_per_grasp"], 0.5);  // one slip in two grasps
+  EXPECT_EQ(noisy["slips_per_episode"], 1.0);  // in two grasps
   const results::SuccessComparison expected =
       results::CompareVerdicts({.folder = {}, .name = "b", .is_suite = false, .runs = {b}, .missing = {}},
                                {.folder = {}, .name = "a", .is_suite = false, .runs = {a}, .missing = {}})
@@ -109,6 +112,20 @@ TEST_F(BoardTest, ActiveRunsAreNotJudged) {
   EXPECT_EQ(board["policies"][1]["against"]["difference"], -1.0);
   EXPECT_EQ(board["policies"][1]["against"]["p"], nullptr);
   EXPECT_EQ(board["policies"][1]["against"]["judgment"], "");
+}
+
+// The policy "b" and the task "stack" of the plan have no run yet.
+TEST_F(BoardTest, PoliciesAndTasksOfAPlanAreCountedBeforeTheirRunsBegin) {
+  const RecordedRun a = Make("a", First(1, 1));
+  BoardFacts facts;
+  facts.policies = {"a", "b"};
+  facts.tasks = {"lift_pot/position", "stack/position"};
+  facts.waiting_runs = 3;
+  const ordered_json board =
+      Board({{.number = 0, .policy = "a", .source = "x", .is_over = true, .run = &a}}, facts);
+  EXPECT_EQ(board["num_policies"], 2);
+  EXPECT_EQ(board["num_tasks"], 2);
+  EXPECT_EQ(board["policies"].size(), 1u);
 }
 
 TEST_F(BoardTest, APlanThatTestsItselfIsNotTestedAgain) {

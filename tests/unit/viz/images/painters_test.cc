@@ -28,7 +28,7 @@ struct Difference {
   int p99 = 0;
 };
 
-// Returns absolute differences of all channels, in levels of 256.
+// Returns the mean and the 99th percentile of the absolute differences of all channels, in levels of 256.
 Difference Compare(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b) {
   EXPECT_EQ(a.size(), b.size());
   std::vector<int> differences(a.size());

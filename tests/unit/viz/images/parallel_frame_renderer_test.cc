@@ -101,7 +101,7 @@ TEST(ParallelFrameRendererTest, FirstFrameIsDrawnHereAndTheOthersInTurns) {
   }
 }
 
-// Returns the error of a video of 9 frames that is rendered in this way.
+// Returns the error of a video of 9 frames. draw(n) is called just before frame n is drawn.
 template <class Error>
 std::string EndOf(ParallelFrameRenderer* frame_renderer, const std::function<void(size_t n)>& draw,
                   size_t* taken) {

@@ -21,7 +21,7 @@ void ExpectBox(const Box& box, double x, double y, double width, double height) 
   EXPECT_DOUBLE_EQ(box.height, height);
 }
 
-// Expects that no part is empty, extends beyond the image or overlaps another.
+// Expects that every part has at least 40 x 20 pixels and is within the image, and that no two parts overlap.
 void ExpectApart(const std::vector<Box>& boxes, FrameSize size) {
   for (size_t i = 0; i < boxes.size(); ++i) {
     const Box& a = boxes[i];

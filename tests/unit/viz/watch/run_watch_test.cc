@@ -39,7 +39,7 @@ TEST_F(RunWatchTest, FollowsAnEpisode) {
   ASSERT_TRUE(watch_.has_scores());
   EXPECT_EQ(watch_.scores()->metrics.slip_count, 3);
   EXPECT_EQ(watch_.contacts()->header.tick, 1);
-  EXPECT_EQ(watch_.clearance()->header.tick, 0) << "the last that has one";
+  EXPECT_EQ(watch_.clearance()->header.tick, 0) << "the last message with a clearance";
   EXPECT_EQ(watch_.GeomName(kLeftPad), "left/pad");
   EXPECT_EQ(watch_.GeomName(kLidGeom), "pot/lid") << "its body's name";
   EXPECT_EQ(watch_.GeomName(1000), "geom 1000");
@@ -52,12 +52,12 @@ TEST_F(RunWatchTest, FollowsAnEpisode) {
   EXPECT_EQ(watch_.end_reason(), "");
   EXPECT_EQ(watch_.state(), nullptr);
   EXPECT_FALSE(watch_.has_scores());
-  EXPECT_NE(watch_.scores(), nullptr) << "they keep their place";
+  EXPECT_NE(watch_.scores(), nullptr) << "the last scores stay available";
   PublishTick(1, 0);
   EXPECT_TRUE(watch_.has_scores());
   PublishBegin(1, 2);
   EXPECT_EQ(watch_.attempt(), 2);
-  EXPECT_FALSE(watch_.has_scores()) << "those of the try before";
+  EXPECT_FALSE(watch_.has_scores()) << "the scores belong to the previous attempt";
 }
 
 TEST_F(RunWatchTest, WarningsOfComponentsAreEvents) {
@@ -93,7 +93,7 @@ TEST_F(RunWatchTest, TimeIsTakenFromScoresIfNoStateIsReceived) {
   EXPECT_TRUE(watch_.has_scores());
   partial.header = Header(102, 7);
   watch_.Receive(partial, now_);
-  EXPECT_EQ(watch_.scores()->header.tick, 101) << "of another episode";
+  EXPECT_EQ(watch_.scores()->header.tick, 101) << "the last message belongs to another episode";
 }
 
 TEST_F(RunWatchTest, NoticesSilentComponentsAndTheirReturn) {
@@ -121,13 +121,13 @@ TEST_F(RunWatchTest, NoComponentIsMissedAfterTheEndOfTheRun) {
   Play();
   EXPECT_FALSE(watch_.is_over());
   PublishStatus("sim", 2, 75, component_status_t::STOPPED);
-  EXPECT_FALSE(watch_.is_over()) << "it may be started again";
+  EXPECT_FALSE(watch_.is_over()) << "the sim may be restarted";
   PublishStatus("run", 2, 75, component_status_t::STOPPED);
   EXPECT_TRUE(watch_.is_over());
   watch_.TakeEvents();
   now_ += milliseconds(60000);
   watch_.Update(now_);
-  EXPECT_FALSE(watch_.health().at("policy").silent) << "a guest that stays";
+  EXPECT_FALSE(watch_.health().at("policy").silent) << "the run has ended";
   EXPECT_TRUE(watch_.TakeEvents().empty());
   // The next run begins on this bus.
   PublishStatus("run", 0, -1);
@@ -145,7 +145,8 @@ TEST_F(RunWatchTest, AnEpisodeHasTheReasonThatTheRunsTableHas) {
   again.header = Header(75, 0);
   again.end_reason = "time_limit";
   Publish(channels::kEpisodeEnd, again);
-  EXPECT_EQ(watch_.Phase(), "slipped from the gripper") << "it is repeated until the next one begins";
+  EXPECT_EQ(watch_.Phase(), "slipped from the gripper")
+      << "the end is repeated until the next episode begins";
   EXPECT_TRUE(watch_.TakeEvents().at(0).starts_with("episode 0 slipped from the gripper after 2.50 s"));
 }
 
@@ -158,7 +159,7 @@ TEST_F(RunWatchTest, LagIsInTicksBehindTheSim) {
   PublishStatus("recorder", 0, 37);
   EXPECT_EQ(watch_.health().at("recorder").lag, 12);
   PublishStatus("recorder", 5, 37);
-  EXPECT_EQ(watch_.health().at("recorder").lag, -1) << "of another episode";
+  EXPECT_EQ(watch_.health().at("recorder").lag, -1) << "the status belongs to another episode";
 }
 
 // The model's indices exceed the ends of its lists.

@@ -217,7 +217,8 @@ TEST_F(Server, TheRunThatIsWatchedIsTheOneThatComes) {
   EXPECT_EQ(client.Read(), "ticks of 1");
 }
 
-// One of fifty viewers never reads. The others receive every block, and the memory does not grow.
+// One of fifty viewers never reads. The others receive every block, and the server does not keep every block
+// for the silent viewer.
 TEST_F(Server, AClientThatNeverReadsDelaysNoOther) {
   Begin();
   broadcaster_->SetEpisode(0, "episode", true);

@@ -201,7 +201,7 @@ TEST_P(ScenePainterShapes, AreAsMujocos) {
       ASSERT_TRUE(stage.IsKnown(camera));
       const Image mujocos = stage.Mujocos(camera);
       if (camera == 0 && shadows) {
-        EXPECT_GT(Differing(mujocos, empty), 0.01) << "the shape is not to be seen";
+        EXPECT_GT(Differing(mujocos, empty), 0.01) << "the shape is not visible";
       }
       ExpectSame(stage.Ours(camera), mujocos);
     }
@@ -288,7 +288,7 @@ TEST(ScenePainter, WhatHasChangedIsDrawnAgain) {
   }
   EXPECT_GT(largest, 0);
   EXPECT_LT(largest, 0.5);
-  // Changes colors, turns a light off, and rotates another.
+  // Changes a color, disables and enables shadows, and rotates a light.
   stage.model().geom_rgba[4 * 1] = 0.1f;
   expect_right(1);
   EXPECT_GT(stage.last_share(), 0);
@@ -342,8 +342,8 @@ TEST(ScenePainter, LeavesToMujocoWhatItDoesNotKnow) {
   EXPECT_TRUE(Stage(ModelWith("")).IsKnown(0));
 }
 
-// Every camera of every task is compared, at the beginning of an episode and after arms and objects have
-// moved.
+// Every camera of one variation of each task is compared, at the beginning of an episode and after arms and
+// objects have moved.
 TEST(ScenePainter, DrawsEveryTaskAsMujocoDoes) {
   for (const TaskDescription& family : AllTasks()) {
     SCOPED_TRACE(family.name);
