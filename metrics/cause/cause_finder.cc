@@ -484,6 +484,23 @@ bool CauseFinder::IsTouchOfGrasp(const ArmTouch& touch) const {
   });
 }
 
+// Returns whether the two arms of this contact held the same object, for example to hand it over.
+bool CauseFinder::IsOfCommonGrasp(const ArmTouch& touch) const {
+  const auto other = std::ranges::find(config_.arm_entity, touch.pair.entity) - config_.arm_entity.begin();
+  const auto holds = [&](std::ptrdiff_t arm, int object) {
+    return std::ranges::any_of(holds_.holds(), [&](const CauseHold& hold) {
+      return config_.gripper_arm[hold.gripper] == arm && hold.object == object &&
+             hold.first_tick <= touch.last_tick &&
+             (!hold.is_over || hold.last_tick >= touch.first_tick - Ticks(CauseCollisions::kInterruption));
+    });
+  };
+  for (size_t object = 0; object < config_.objects.size(); ++object) {
+    if (holds(touch.pair.arm, static_cast<int>(object)) && holds(other, static_cast<int>(object)))
+      return true;
+  }
+  return false;
+}
+
 void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_tick,
                                 std::vector<CauseMoment>* moments) const {
   for (const ArmTouch& touch : collisions_.touches()) {
@@ -505,7 +522,9 @@ void CauseFinder::AddCollisions(const std::vector<Unmet>& unmet, int64_t last_ti
     if (!is_stuck && !is_displaced &&
         std::ranges::any_of(stage_tick_, [&](int64_t tick) { return tick > later; }))
       continue;
-    if (!is_displaced && (WasJustHeld(touch) || (!is_stuck && IsTouchOfGrasp(touch)))) continue;
+    const bool is_excused =
+        WasJustHeld(touch) || (!is_stuck && IsTouchOfGrasp(touch) && (!is_jam || IsOfCommonGrasp(touch)));
+    if (!is_displaced && is_excused) continue;
     // The arm that moved hit the other one.
     if (is_with_arm && !touch.is_active) continue;
     bool is_collision = touch.pressed_ticks >= Ticks(kPressed);
@@ -606,6 +625,9 @@ CauseMoment CauseFinder::MomentWithoutEvent(const std::vector<Unmet>& unmet, con
   }
   if (idle) return *idle;
   if (open) return *open;
+  for (const Unmet& u : unmet) {
+    if (u.condition->has_value) progress = std::max(progress, u.best->progress_tick);
+  }
   return {.kind = cause_kind::kMissedCondition, .tick = progress};
 }
 

@@ -136,6 +136,7 @@ class CauseFinder {
   bool WasJustHeld(const ArmTouch& touch) const;
   bool WasReleased(const ArmTouch& touch) const;
   bool IsTouchOfGrasp(const ArmTouch& touch) const;
+  bool IsOfCommonGrasp(const ArmTouch& touch) const;
   std::optional<CauseMoment> OpenHandAtObject(const std::vector<Unmet>& unmet, int64_t last_tick) const;
   void AddFalls(const std::vector<Unmet>& unmet, std::vector<CauseMoment>* moments) const;
   void AddCollisions(const std::vector<Unmet>& unmet, int64_t last_tick,

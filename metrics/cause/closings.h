@@ -51,7 +51,8 @@ struct Approach {
 // A gripper closes on nothing if its opening falls from at least kOpen to at most Holds::kShut and pads of
 // both fingers never touch an object meanwhile. After such a touch, the gripper must reopen by kReopened (at
 // least to kOpen), or to kWide, before a closing counts. Otherwise, an object that slips out would look like
-// an empty closing.
+// an empty closing. A closing before the wrist has been kStayed from where it was at the first tick is not an
+// attempt.
 class Closings {
  public:
   static constexpr double kOpen = 0.25, kReopened = 0.05, kWide = 0.9;  // fractions of the gripper's travel
@@ -70,8 +71,10 @@ class Closings {
         settling_(config.objects.size()),
         was_open_(arm_.size()),
         pinched_at_(arm_.size()),
+        has_left_(arm_.size()),
         approaches_(config.objects.size() * arm_.size()) {
     closings_.reserve(64);
+    start_.reserve(arm_.size());
   }
 
   void Start() {
@@ -80,6 +83,8 @@ class Closings {
     pinched_at_.assign(pinched_at_.size(), 0);
     approaches_.assign(approaches_.size(), {});
     settling_.assign(settling_.size(), {});
+    start_.clear();
+    has_left_.assign(has_left_.size(), 0);
   }
 
   void Add(const CauseSample& sample) {
@@ -95,8 +100,11 @@ class Closings {
         pinched_at_[k] = sample.opening[k];
       }
       if (sample.opening[k] >= std::clamp(pinched_at_[k] + kReopened, kOpen, kWide)) was_open_[k] = 1;
+      if (start_.size() <= k) start_.push_back(sample.wrist[arm_[k]]);
+      has_left_[k] |= DistanceOfPoints(sample.wrist[arm_[k]], start_[k]) >= kStayed;
       if (sample.opening[k] > Holds::kShut || !was_open_[k]) continue;
       was_open_[k] = 0;
+      if (!has_left_[k]) continue;
       EmptyClosing& closing = closings_.emplace_back();
       closing.gripper = static_cast<int>(k);
       closing.tick = sample.tick;
@@ -182,8 +190,10 @@ class Closings {
   std::vector<Settling> settling_;  // by object
   std::vector<uint8_t>
       was_open_;  // by gripper: it has been open, and its next closing is empty unless it pinches an object
-  std::vector<double> pinched_at_;    // each gripper's opening at the last touch by both fingers
-  std::vector<Approach> approaches_;  // [object * grippers + gripper]
+  std::vector<std::array<double, 3>> start_;  // m, of each gripper's wrist at the first tick
+  std::vector<double> pinched_at_;            // each gripper's opening at the last touch by both fingers
+  std::vector<uint8_t> has_left_;             // by gripper: its wrist has been kStayed from where it started
+  std::vector<Approach> approaches_;          // [object * grippers + gripper]
   std::vector<EmptyClosing> closings_;
 };
 

@@ -30,7 +30,7 @@ struct CauseHold {
   bool is_over = false;
   // The hold ended because the gripper opened.
   bool opened = false;
-  // The gripper continued to close while it lost the object.
+  // The gripper lost the object less than Holds::kGrasping after the first contact, and continued to close.
   bool closing = false;
   // The gripper lost the object at most kPatience after it was commanded to open for a shorter time.
   bool flickered = false;
@@ -52,6 +52,8 @@ class Holds {
   // If commands are unknown, the opening in this time (s) after the first contact is ignored, because a
   // strong gripper that snaps shut overshoots.
   static constexpr double kSnap = 0.25;
+  // A gripper that has held an object this long (s) no longer closes on it.
+  static constexpr double kGrasping = 0.5;
   // A gripper begins to open when its opening exceeds its minimum by this fraction of its travel.
   static constexpr double kYield = 0.05;
   // A gripper that is open by at most this fraction is closed completely.
@@ -90,8 +92,8 @@ class Holds {
     double narrowest = 0;
     int64_t before_opening = 0, last_closed = 0;
     double peak_before_opening = 0;  // m, largest height until before_opening
-    int64_t last_open = -1;          // last tick at which the gripper was commanded to open; -1: none
-    double last_opening = 0;         // opening at the last contact
+    int64_t last_open = -1;   // last tick, up to one after the contact, with a command to open; -1: none
+    double last_opening = 0;  // opening at the last contact
     // True if the last hold ended by opening; and the largest opening since then.
     bool was_opened = false;
     double widest = 0;
@@ -145,7 +147,8 @@ class Holds {
       hold.last_tick = pair.before_opening;
       hold.peak_height = pair.peak_before_opening;
     }
-    hold.closing = !hold.opened && opening <= pair.last_opening - kClosed;
+    hold.closing = !hold.opened && opening <= pair.last_opening - kClosed &&
+                   TickTime(hold.last_tick - hold.first_tick, dt_) < kGrasping;
     hold.flickered = !hold.opened && pair.last_open >= 0 && !IsPatienceOver(pair.last_open, hold.last_tick);
     pair = {.was_opened = pair.last_closed < sample.tick, .widest = opening};
   }
@@ -170,7 +173,8 @@ class Holds {
     }
     const bool is_open = opening >= pair->narrowest + kOpened;
     if (!is_open) pair->last_closed = sample.tick;
-    if (is_open && is_commanded) pair->last_open = sample.tick;
+    // The object may leave the fingers in the tick in which they begin to open.
+    if (is_open && is_commanded && sample.tick <= hold.last_tick + 1) pair->last_open = sample.tick;
   }
 
   double dt_;

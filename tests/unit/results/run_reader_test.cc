@@ -171,20 +171,17 @@ TEST_F(RunReaderTest, RefusesWhatIsNoRunFolder) {
   fs::create_directories(folder_.path() / "plan");
   WriteFile(folder_.path() / "plan/plan.json", "{}");
   EXPECT_EQ(Error(folder_.path() / "plan"),
-            "plan: the folder of a plan; expected the folder of one of its runs");
+            "plan: the folder of a plan; expected the folder of one of its policies or runs");
   for (const char* policy : {"b", "a"}) {
     fs::create_directories(folder_.path() / "plan" / policy / "task");
     WriteFile(folder_.path() / "plan" / policy / "suite.json", "{}");
     WriteFile(folder_.path() / "plan" / policy / "task/run.json", "{}");
   }
-  EXPECT_EQ(Error(folder_.path() / "plan"),
-            "plan: the folder of a plan; expected the folder of one of its runs, "
-            "for example " +
-                (folder_.path() / "plan/a/task").string());
-  EXPECT_THAT([&] { ReadRuns(folder_.path() / "plan"); },
-              testing::ThrowsMessage<InputError>(testing::EndsWith(
-                  ": the folder of a plan; expected the folder of one of its policies or runs, for example " +
-                  (folder_.path() / "plan/a").string())));
+  const std::string plan = (folder_.path() / "plan").string();
+  const std::string suites = "policies or runs, for example " + plan + "/a";
+  EXPECT_THAT([&] { ReadRuns(plan); }, testing::ThrowsMessage<InputError>(testing::EndsWith(suites)));
+  const std::string runs = "expected the folder of one of its runs, for example " + plan + "/a/task";
+  EXPECT_THAT([&] { ReadRun(plan); }, testing::ThrowsMessage<InputError>(testing::EndsWith(runs)));
   WriteFile(run_ / "run.json", "{\n  \"task\": \"lift_pot\",\n  nonsense\n}\n");
   EXPECT_EQ(Error(run_).substr(0, 29), "run/run.json:3: expected JSON");
   WriteFile(run_ / "run.json", "[1]\n");

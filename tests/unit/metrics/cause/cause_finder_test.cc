@@ -44,7 +44,10 @@ class CauseFinderTest : public testing::Test {
  protected:
   CauseFinderTest() {
     dut_.Start();
+    // Closings count only after the wrists have left their start.
+    for (auto& wrist : wrist_) wrist[2] = 1.03;
     Tick();
+    for (auto& wrist : wrist_) wrist[2] = 1;
   }
 
   void Tick(int ticks = 1) {
@@ -226,6 +229,16 @@ TEST_F(CauseFinderTest, AGripperThatWasCommandedToOpenBrieflyLosesTheObject) {
   EXPECT_EQ(Find().kind, "lost_object") << Find().text;
   EXPECT_TRUE(Find().text.starts_with("Left gripper opened briefly and lost the kitchen pot at 0.50 s"))
       << Find().text;
+}
+
+TEST_F(CauseFinderTest, AGripperThatOpensAfterItLostTheObjectDidNotOpenBriefly) {
+  closing_ = {1, 1};
+  HoldWithBoth();
+  touching_[kLeft] = 0;
+  Move(5);
+  closing_[kLeft] = 0;
+  Move(300);
+  EXPECT_TRUE(Find().text.starts_with("Left gripper lost the kitchen pot at 0.40 s")) << Find().text;
 }
 
 TEST_F(CauseFinderTest, ACommandToOpenIsTheMomentOfARelease) {
@@ -502,6 +515,16 @@ TEST_F(CauseFinderTest, AGripperClosesOnNothing) {
          "pot stayed at "
          "1.000 m, at least 1.1 m is needed.");
   EXPECT_EQ(Reason(), "grasp_miss");
+}
+
+TEST_F(CauseFinderTest, AGripperThatClosesAtItsStartDidNotCloseOnNothing) {
+  dut_.Start();
+  tick_ = -1;
+  Tick();
+  Move(10);
+  opening_[kRight] = 0;
+  Move(300);
+  EXPECT_NE(Find().kind, "empty_grasp") << Find().text;
 }
 
 TEST_F(CauseFinderTest, AGripperComesToTheObjectAndDoesNotClose) {
@@ -943,6 +966,29 @@ TEST_F(CauseFinderTest, AStageThatIsReachedWhileArmsJamDoesNotExcuseThem) {
   Move(300);
   EXPECT_EQ(Find().kind, "collision") << Find().text;
   EXPECT_EQ(Find().tick, 61);
+}
+
+TEST_F(CauseFinderTest, ArmsMayTouchOnlyIfTheyHoldTheSameObject) {
+  for (const bool right_holds : {false, true}) {
+    dut_.Start();
+    tick_ = -1;
+    torque_ = {2, 2};
+    contacts_ = {};
+    opening_ = {1, 1};
+    touching_ = {0, 0};
+    Tick();
+    Move(60);
+    opening_ = {0.4, right_holds ? 0.4 : 1};
+    touching_ = {1, right_holds};
+    Move(20);  // up to tick 80
+    contacts_ = {{kLeft, kRightArm}, {kRight, kLeftArm}};
+    torque_ = {60, 60};
+    Move(30);
+    contacts_ = {};
+    torque_ = {2, 2};
+    Move(300);
+    EXPECT_EQ(Find().kind == "collision", !right_holds) << Find().text;
+  }
 }
 
 // Another arm moves this one, which is at rest, and the pot with it.

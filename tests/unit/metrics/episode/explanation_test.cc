@@ -53,7 +53,7 @@ class ExplanationTest : public testing::Test {
   }
   // The left gripper holds the pot for six ticks and loses it while it remains closed.
   void GraspAndLose() {
-    Opening(0) = 0.4;
+    Close();
     Hold(6);
     for (int k = 0; k < 16; ++k) Tick();
   }
@@ -70,7 +70,11 @@ class ExplanationTest : public testing::Test {
   std::string Reason(const std::string& end = "time_limit") { return End(end).failure_reason; }
   std::string Text() { return End().explanation.text; }
   double& Height() { return state_.body[kPot].position_m[2]; }
-  double& Opening(int gripper) { return state_.gripper[gripper].opening; }
+  // The left gripper is commanded to close, and something keeps it open.
+  void Close() {
+    state_.gripper[0].opening = 0.4;
+    state_.gripper[0].closing_command = 1;
+  }
 
   std::unique_ptr<EpisodeScorer> dut_;
   state_t state_{};
@@ -143,7 +147,7 @@ TEST_F(ExplanationTest, WrongPoseIsATiltOfAHeldObject) {
   Tilt(27.4);
   Tick({});
   EXPECT_EQ(Reason(), "timeout") << "never held";
-  Opening(0) = 0.4;
+  Close();
   Hold(6);
   EXPECT_EQ(Reason(), "wrong_pose");
   const explanation_t explanation = End().explanation;
