@@ -38,7 +38,7 @@ Evalbus.Timeline = class {
     this.tip = e("div", { class: "ev-tip", hidden: "" });
     this.image = e("div", { class: "ev-tip-image ev-time-image", hidden: "" });
     this.slider = e("div", { class: "ev-timeline", role: "slider", tabindex: "0", "aria-label": "time",
-      "aria-valuemin": "0" }, this.canvas, this.cursor, this.hover, this.tip, this.image);
+      "aria-valuemin": "0", "aria-valuemax": "0", "aria-valuenow": "0" }, this.canvas, this.cursor, this.hover, this.tip, this.image);
     this.whole = e("button", { type: "button", class: "ev-whole", hidden: "", title: "show the whole episode (0)",
       onclick: () => this.setView(null) });
     place.append(this.slider, this.whole);
@@ -287,11 +287,11 @@ Evalbus.Timeline = class {
     this.keptTick = tick;
     this.cursor.hidden = time < this.from - 1e-9 || time > this.to + 1e-9;
     this.cursor.style.transform = `translateX(${this.xOf(time).toFixed(2)}px)`;
-    const shown = String(Math.floor(tick));
-    if (this.slider.getAttribute("aria-valuenow") === shown) return;
+    const text = `${(Math.floor(tick) * track.tickSeconds).toFixed(2)} s`;
+    if (this.slider.getAttribute("aria-valuetext") === text) return;
     this.slider.setAttribute("aria-valuemax", String(track.last));
-    this.slider.setAttribute("aria-valuenow", shown);
-    this.slider.setAttribute("aria-valuetext", `${(Math.floor(tick) * track.tickSeconds).toFixed(2)} s`);
+    this.slider.setAttribute("aria-valuenow", String(Math.floor(tick)));
+    this.slider.setAttribute("aria-valuetext", text);
   }
 };
 
