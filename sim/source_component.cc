@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -14,6 +15,7 @@
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/source.h"
+#include "models/unlocated_parts.h"
 #include "sim/jpeg_check.h"
 
 namespace evalbus::sim {
@@ -249,11 +251,7 @@ void SourceComponent::Meet(const source_announcement_t& announcement) {
   for (int k = 0; k < prepared_.info.num_objects; ++k) {
     if (!prepared_.info.object_is_tracked[k]) untracked.push_back(prepared_.info.object_name[k]);
   }
-  for (const ScenePart& part : prepared_.task.parts) {
-    const bool is_object =
-        std::ranges::find(prepared_.info.object_name, part.name) != prepared_.info.object_name.end();
-    if (!is_object && (part.free || part.placed)) untracked.push_back(part.name);
-  }
+  std::ranges::copy(UnlocatedParts(prepared_.task, prepared_.info), std::back_inserter(untracked));
   log().Info("source '{}': {} joints at {:g} Hz, velocities {}, contacts {}{}", name, announcement.num_joints,
              1e6 / static_cast<double>(announcement.period_us),
              measured.has_velocity ? "measured" : "by differences",

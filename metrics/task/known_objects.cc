@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "models/unlocated_parts.h"
+
 namespace evalbus::metrics {
 
 KnownObjects::KnownObjects(const model_info_t& model, const TaskDescription& task) {
@@ -10,10 +12,7 @@ KnownObjects::KnownObjects(const model_info_t& model, const TaskDescription& tas
   }
   all_objects_ = unknown_.empty();
   if (model.has_physics) return;
-  for (const ScenePart& part : task.parts) {
-    const bool is_object = std::ranges::find(model.object_name, part.name) != model.object_name.end();
-    if (!is_object && (part.free || part.placed)) AddUnknown(part.name, model);
-  }
+  for (const std::string& part : UnlocatedParts(task, model)) AddUnknown(part, model);
 }
 
 void KnownObjects::AddUnknown(const std::string& name, const model_info_t& model) {
